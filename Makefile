@@ -141,7 +141,7 @@ build-for-test: $(VENV)/test.stamp
 wheel: $(VENV)/demo.stamp ## build a wheel for this system into dist/, and try it in a fresh environment
 	@.ci/toolchain cargo
 	rm -f dist/*.whl
-	$(BIN)/maturin build --locked --release --features python,portable --strip --compression-level 9 --out dist
+	$(BIN)/maturin build --locked --release --features portable --strip --compression-level 9 --out dist
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements/wheel.txt
 	$(BIN)/python .ci/squeeze-wheel dist/*.whl
 	.ci/try-wheel dist/*.whl
@@ -151,9 +151,9 @@ sdist: $(VENV)/demo.stamp ## pack the sources into dist/, and try to install fro
 	$(BIN)/maturin sdist --out dist
 	.ci/try-wheel dist/*.tar.gz
 
-crate: ## pack the crate and its derive as `cargo publish` does, and compile them from that (Rust 1.90 or newer)
+crate: ## pack the crates as `cargo publish` does, and compile them from that (Rust 1.90 or newer)
 	@.ci/toolchain cargo
-	cargo package --locked --workspace
+	cargo package --locked --workspace --exclude lissom-extension
 
 sbom: ## write the bill of materials of the wheel, dist/lissom.cdx.json (needs cargo-cyclonedx)
 	mkdir -p dist

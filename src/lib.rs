@@ -26,17 +26,17 @@
 //! of a computation is a status in its result.
 
 mod analysis;
-mod description;
-pub mod error;
 mod integrators;
-pub mod model;
-mod numerics;
 #[cfg(feature = "python")]
-mod python;
-pub mod robot;
+#[doc(hidden)]
+pub mod python;
 #[cfg(feature = "scene")]
 pub mod scene;
 mod simulation;
+
+// The rooms below these, under the same paths as in their crate.
+use lissom_core::{description, numerics};
+pub use lissom_core::{error, model, robot};
 
 pub use analysis::{actuate, modes, reach, stability, statics};
 pub use description::{body, joint, rod, schema, signal, world};

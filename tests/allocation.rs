@@ -217,9 +217,9 @@ fn runs_that_are_stepped_from_outside_allocate_nothing() {
         Method::Radau {
             options: radau::Options { rtol: 1e-3.into(), ..radau::Options::default() },
             dt,
-            tells_steps: false,
+            returns_steps: false,
         },
-        Method::FirstOrder { options: ode::Options::default(), dt, tells_steps: false },
+        Method::FirstOrder { options: ode::Options::default(), dt, returns_steps: false },
     ];
     for model in models() {
         let n = model.facts().n;
@@ -227,16 +227,16 @@ fn runs_that_are_stepped_from_outside_allocate_nothing() {
         for method in &methods {
             let mut run = Run::new(model.clone(), (0.0, dt), &zeros, &zeros, method).unwrap();
             let inputs = run.inputs().to_vec();
-            let mut leg = |duration| {
+            let mut interval = |duration| {
                 let end = run.end_of(duration).unwrap();
                 run.set_inputs(&inputs);
-                run.set_out(end);
+                run.begin_interval(end);
                 run.finish(&mut |_| Ok(())).unwrap()
             };
-            leg(None);
+            interval(None);
             let count = allocations(|| {
                 for duration in [None, None, Some(2.0 * dt), Some(1.5 * dt), None] {
-                    assert!(leg(duration).is_success());
+                    assert!(interval(duration).is_success());
                 }
             });
             assert_eq!(count, 0, "{n} coordinates, {method:?}");

@@ -14,9 +14,9 @@ sys.path.insert(0, str(ROOT / "tests" / "python" / "project"))
 
 #: Traits whose methods every implementation must know, by the file that defines them.
 TRAITS = {
-    "model": "src/model",
+    "model": "src/core/model",
     "second-order systems": "src/integrators/second_order/system.rs",
-    "effects": "src/robot/effects/kinds.rs",
+    "effects": "src/core/robot/effects/kinds.rs",
 }
 #: Effects, and the words by which files know them.
 EFFECTS = {
@@ -80,7 +80,8 @@ def main() -> None:
             if re.search(words, path.read_text(encoding="utf-8"), re.IGNORECASE)
         ]
         print(f"{'files that know ' + effect:<38} {len(know):>7}")
-    print(f"{'entries of src':<38} {len(list((ROOT / 'src').iterdir())):>7}")
+    for folder in ("src", "src/core"):
+        print(f"{'entries of ' + folder:<38} {len(list((ROOT / folder).iterdir())):>7}")
     print(f"{'entries of python/lissom':<38} {len(list((ROOT / 'python' / 'lissom').glob('[a-z]*'))):>7}")
     folder, number = Counter(path.parent for path in tests).most_common(1)[0]
     print(f"{'files in ' + str(folder.relative_to(ROOT)):<38} {number:>7}")

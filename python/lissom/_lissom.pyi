@@ -1840,7 +1840,7 @@ def sensitivities(
     gamma: float | None = None,
     alpha: float | None = None,
     rho_inf: float | None = None,
-    legs: Sequence[tuple[int, ArrayLike]] | None = None,
+    intervals: Sequence[tuple[int, ArrayLike]] | None = None,
     weights: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> tuple[NDArray[np.float64], ...]: ...
 def simulate_many(

@@ -8,6 +8,7 @@ use super::convert;
 use super::record::ReadOnly;
 use crate::error::Checker;
 use crate::model::Energy;
+use crate::python::errors::OrRaise as _;
 use crate::simulation::balance::Balance;
 
 /// Energy balance of a motion: energies at each output time, in joules, and the energy that left or entered the system.
@@ -100,7 +101,7 @@ impl PyBalance {
                 checker.require(false, &format!("{name}[{i}]"), "nan", "an energy, in joules");
             }
         }
-        checker.finish()?;
+        checker.finish().or_raise()?;
         let energies = (0..kinetic.len()).map(|i| Energy {
             kinetic: kinetic[i],
             elastic: values[0][i],

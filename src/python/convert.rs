@@ -9,16 +9,11 @@ use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyT
 
 use super::callback::Nested;
 use crate::description::rod::diagonal;
-use crate::error::{Checker, InvalidInput};
+use crate::error::Checker;
 use crate::numerics::lie::Rotation;
 use crate::numerics::linalg::Matrix;
+use crate::python::errors::OrRaise as _;
 use crate::robot::Pose;
-
-impl From<InvalidInput> for PyErr {
-    fn from(error: InvalidInput) -> Self {
-        PyValueError::new_err(error.to_string())
-    }
-}
 
 /// Real numbers in row-major order, with the shape of the input.
 pub(crate) struct Numbers {
@@ -328,7 +323,7 @@ pub(crate) fn finite_vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -
 fn finite(vector: Vec<f64>, name: &str) -> PyResult<Vec<f64>> {
     let mut checker = Checker::new();
     checker.finite(&vector, name);
-    checker.finish()?;
+    checker.finish().or_raise()?;
     Ok(vector)
 }
 

@@ -5,6 +5,24 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyTypeError, PyUserWarning, PyValueError};
 use pyo3::prelude::*;
 
+use crate::error::InvalidInput;
+
+/// Input that the core rejects, as an exception.
+pub(crate) fn raise(error: InvalidInput) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// Results of the core, whose errors raise.
+pub(crate) trait OrRaise<T> {
+    fn or_raise(self) -> PyResult<T>;
+}
+
+impl<T> OrRaise<T> for Result<T, InvalidInput> {
+    fn or_raise(self) -> PyResult<T> {
+        self.map_err(raise)
+    }
+}
+
 create_exception!(
     lissom,
     LissomError,

@@ -9,6 +9,7 @@ use pyo3::types::PyMapping;
 use super::convert;
 use crate::description::schema::suggestion;
 use crate::error::{Checker, Number, shortened};
+use crate::python::errors::OrRaise as _;
 
 /// Indices in u of the input with this name: one entry, or three for a vector.
 pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Range<usize>> {
@@ -47,7 +48,7 @@ pub(super) fn value(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> Py
     } else {
         check.finite(&values, place);
     }
-    check.finish()?;
+    check.finish().or_raise()?;
     Ok(values)
 }
 

@@ -48,7 +48,8 @@ use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 
 #[pymodule]
-mod _lissom {
+#[doc(hidden)]
+pub mod _lissom {
     use super::*;
 
     #[pymodule_export]

@@ -4,7 +4,7 @@ use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 
 use super::arguments;
-use super::errors::LissomError;
+use super::errors::{LissomError, OrRaise as _};
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::native;
 use super::{background, convert};
@@ -120,7 +120,7 @@ pub(crate) fn modes<'py>(
 ) -> PyResult<PyModesResult> {
     let mut model = native(model, t, u)?;
     let q = convert::finite_vector_of(q, model.facts().n, "q")?;
-    model.check_shape(&q, "q")?;
+    model.check_shape(&q, "q").or_raise()?;
     let n = q.len();
     let found = if n < background::LARGE {
         py.detach(|| core::modes(&mut *model, &q))

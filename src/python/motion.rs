@@ -11,7 +11,7 @@ use pyo3::sync::PyOnceLock;
 use super::balance::PyBalance;
 use super::callback::{Raised, or_raised, with_result};
 use super::convert;
-use super::errors::AccuracyWarning;
+use super::errors::{AccuracyWarning, OrRaise as _};
 use super::model::PyModel;
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted};
@@ -222,7 +222,7 @@ impl PyMotionResult {
         let of_model =
             model.as_ref().map_or(inputs, |model| model.get().look(|model| model.facts().inputs()));
         check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
-        check.finish()?;
+        check.finish().or_raise()?;
         let (stats, success, status, message, slack, doubt) = outcome;
         let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
         let flow = Flow { dissipated: flow.0, work: flow.1 };

@@ -21,6 +21,7 @@ use crate::integrators::second_order::{Failure, Status, System};
 use crate::model::{Facts, Model};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::Derivative;
+use crate::python::errors::OrRaise as _;
 use crate::simulation::simulate::Simulation;
 use crate::simulation::stepping;
 
@@ -147,8 +148,8 @@ pub(crate) fn newmark<'py>(
     let defaults = Options::new(dt);
     let (derivative, jac) = derivative(jac)?;
     let options = Options {
-        scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })?,
-        step_size: StepSize::new(adaptive, max_step, min_step)?,
+        scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf }).or_raise()?,
+        step_size: StepSize::new(adaptive, max_step, min_step).or_raise()?,
         derivative,
         rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
         atol: atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?,
@@ -171,7 +172,8 @@ pub(crate) fn newmark<'py>(
         let stop = raised.catch(wants_to_stop(py, call(callback, state)))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
-    let solution = solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor)?;
+    let solution =
+        solve(&mut system, t_span, &q0, &v0, &options, t_eval.as_deref(), &mut monitor).or_raise()?;
     let mut simulation = Simulation::from(solution);
     simulation.statistics.wall_time = start.elapsed().as_secs_f64();
     if has_own_jacobian

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use super::arguments;
 use super::model::PyModel;
 use crate::model::pendulum::SpringPendulum;
+use crate::python::errors::OrRaise as _;
 
 /// A point mass on a massless spring, hinged at the origin, that swings in a vertical plane.
 ///
@@ -51,7 +52,7 @@ impl PySpringPendulum {
         #[pyo3(from_py_with = arguments::number::stiffness)] stiffness: f64,
         #[pyo3(from_py_with = arguments::number::gravity)] gravity: f64,
     ) -> PyResult<PyClassInitializer<Self>> {
-        Ok(Self::initializer(SpringPendulum::new(length, mass, stiffness, gravity)?))
+        Ok(Self::initializer(SpringPendulum::new(length, mass, stiffness, gravity).or_raise()?))
     }
 
     /// Rest length of the spring, metres.

@@ -13,6 +13,7 @@ use super::signal::{Functions, callable_of};
 use crate::description::rod::{Parts, Profile, Unsampled};
 use crate::description::schema::{Data as _, Kind, Symmetric, Value};
 use crate::error::{Checker, InvalidInput};
+use crate::python::errors::{OrRaise as _, raise};
 use crate::robot::effects::actuator::{AlongRod, AlongRodTable};
 
 /// A function of the arc length of a segment, as `Segment` creates it from a table or a callable.
@@ -71,7 +72,7 @@ impl PyProfile {
     ) -> PyResult<Self> {
         let mut check = Checker::new();
         check.positive(length, "length", "metres");
-        check.finish()?;
+        check.finish().or_raise()?;
         let (stations, (rows, shape)) = match (stations, values, coefficients) {
             (Some(stations), Some(values), None) => {
                 (Some(convert::vector(stations, "stations")?), rows(values, "values")?)
@@ -85,7 +86,7 @@ impl PyProfile {
         };
         let profile = Self { length, shape, stations, rows };
         for column in 0..profile.width() {
-            profile.column(column)?.validate(length)?;
+            profile.column(column).or_raise()?.validate(length).or_raise()?;
         }
         Ok(profile)
     }
@@ -134,7 +135,8 @@ impl PyProfile {
                 "X: got {place}, expected arc lengths in [0, {length}] (metres)"
             )));
         }
-        let columns = (0..self.width()).map(|column| self.column(column)).collect::<Result<Vec<_>, _>>()?;
+        let columns =
+            (0..self.width()).map(|column| self.column(column)).collect::<Result<Vec<_>, _>>().or_raise()?;
         let values: Vec<f64> =
             places.iter().flat_map(|x| columns.iter().map(move |column| column.at(x / length)[0])).collect();
         let leading = (!is_number).then_some(places.len());
@@ -466,7 +468,7 @@ fn of_profile<const N: usize>(
     let mut check = Checker::new();
     match check.nested(name, found) {
         Some(profile) => Ok(profile),
-        None => Err(check.finish().expect_err("nothing was found").into()),
+        None => Err(raise(check.finish().expect_err("nothing was found"))),
     }
 }
 

@@ -13,6 +13,7 @@ use crate::analysis::reach::{Options, Preference, Reached, Target};
 use crate::analysis::statics::Monitor;
 use crate::error::{InvalidInput, Problem};
 use crate::numerics::lie::{QUATERNION_TOLERANCE, Quaternion, Rotation};
+use crate::python::errors::OrRaise as _;
 use crate::robot::{Robot, RobotModel};
 
 /// Allowed deviation of the last row of a homogeneous transformation from (0, 0, 0, 1), for rounding errors
@@ -198,7 +199,7 @@ pub(crate) fn check_target(target: &Bound<'_, PyAny>) -> PyResult<()> {
         let found = convert::describe(&target.getattr("link")?);
         return Err(PyTypeError::new_err(format!("link: expected the name of a link, got {found}")));
     }
-    Ok(of_object(target, 0)?.validate()?)
+    of_object(target, 0)?.validate().or_raise()
 }
 
 /// The target that an object with the attributes of `lissom.Target` describes.
@@ -230,7 +231,7 @@ impl Targets {
     ) -> PyResult<Self> {
         if link.is_none() || link.is_instance_of::<PyString>() {
             let name: Option<String> = link.extract()?;
-            let index = robot.link_named(name.as_deref(), argument)?;
+            let index = robot.link_named(name.as_deref(), argument).or_raise()?;
             let Some(given) = single else {
                 return Err(PyTypeError::new_err("pose: expected where the link shall be, got None"));
             };
@@ -279,7 +280,7 @@ impl Targets {
         place: String,
         target: impl FnOnce(usize) -> PyResult<Target>,
     ) -> PyResult<()> {
-        let index = robot.link_named(Some(name), &place)?;
+        let index = robot.link_named(Some(name), &place).or_raise()?;
         let target = target(index).map_err(|error| Python::attach(|py| placed(py, &error, &place)))?;
         self.targets.push(target);
         self.places.push(format!("{place}."));

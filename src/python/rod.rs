@@ -11,6 +11,7 @@ use super::part::{describe_model, model_of, new_arguments, resolved};
 use super::robot::PyRobot;
 use super::signal::Functions;
 use crate::description::schema::Part;
+use crate::python::errors::OrRaise as _;
 use crate::robot::{Robot, Rod, described};
 
 /// A rod. What its arguments mean is said by their table, [`described::Rod`].
@@ -36,7 +37,7 @@ impl PyRod {
 
     /// The Python objects that own the functions of this rod must still be alive.
     pub(crate) fn initializer(description: Rod) -> PyResult<PyClassInitializer<Self>> {
-        description.validate()?;
+        description.validate().or_raise()?;
         let robot = Robot::from(&description);
         let functions = Python::attach(|py| Functions::of_robot(py, &robot))?;
         let rod = Self { description, described: OnceLock::new(), functions };

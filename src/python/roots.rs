@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 use super::arguments;
 use super::callback::{Raised, call, with_result};
 use super::convert::{count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
-use super::errors::ConvergenceError;
+use super::errors::{ConvergenceError, OrRaise as _};
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
 use crate::numerics::linalg::Matrix;
@@ -360,7 +360,7 @@ pub(crate) fn root<'py>(
     let (mut x, scalar) = scalar_or_vector(x0, "x0")?;
     let mut checker = Checker::new();
     checker.finite(&x, "x0");
-    checker.finish()?;
+    checker.finish().or_raise()?;
     let jac = jac.unwrap_or_else(|| PyString::new(py, "forward").into_any());
     let options = Options {
         method: method_named(method)?,
@@ -374,14 +374,15 @@ pub(crate) fn root<'py>(
         history,
         ..Options::default()
     };
-    options.check().map_err(with_python_names)?;
+    options.check().map_err(with_python_names).or_raise()?;
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let function = (options.derivative == Derivative::Analytic).then_some(&jac);
     let mut system = PyFunctions::new(fun, function, &args, &x, scalar)?;
-    Newton::check_memory(system.unknowns, system.equations)?;
+    Newton::check_memory(system.unknowns, system.equations).or_raise()?;
     let x_scale = scale(x_scale.as_ref(), system.unknowns, "x_scale")?;
     let f_scale = scale(f_scale.as_ref(), system.equations, "f_scale")?;
-    let mut newton = Newton::new(system.unknowns, system.equations).with_scales(&x_scale, &f_scale)?;
+    let mut newton =
+        Newton::new(system.unknowns, system.equations).with_scales(&x_scale, &f_scale).or_raise()?;
     let outcome = newton.solve(&mut system, &mut x, &options).unwrap_or_else(Unfinished::into_inner);
     let result = Py::new(
         py,
@@ -455,7 +456,7 @@ pub(crate) fn jacobian<'py>(
     let mut system = PyFunctions::new(fun, None, &args, &x, scalar)?;
     let (m, n) = (system.equations, system.unknowns);
     let x_scale = positive_scale(x_scale.as_ref(), n)?;
-    Differences::check_memory(n, m)?;
+    Differences::check_memory(n, m).or_raise()?;
     let mut jacobian = Matrix::zeros(m, n);
     let residual = system.first.take().expect("fun was evaluated at x");
     let mut differences = Differences::new(n, m);
@@ -513,7 +514,7 @@ pub(crate) fn check_jacobian_of<'py>(
     }
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
     let mut system = PyFunctions::new(fun, Some(jac), &args, &x, scalar)?;
-    Differences::check_memory(system.unknowns, system.equations)?;
+    Differences::check_memory(system.unknowns, system.equations).or_raise()?;
     let x_scale = positive_scale(x_scale.as_ref(), x.len())?;
     let checked = check_jacobian(&mut system, &x, &x_scale);
     let Ok(check) = checked else {
@@ -550,7 +551,7 @@ fn finite_point(x: &Bound<'_, PyAny>) -> PyResult<(Vec<f64>, bool)> {
     let (x, scalar) = scalar_or_vector(x, "x")?;
     let mut checker = Checker::new();
     checker.finite(&x, "x");
-    checker.finish()?;
+    checker.finish().or_raise()?;
     Ok((x, scalar))
 }
 
@@ -569,7 +570,7 @@ fn positive_scale(value: Option<&Bound<'_, PyAny>>, n: usize) -> PyResult<Vec<f6
     for (j, &value) in scale.iter().enumerate() {
         checker.positive(value, &format!("x_scale[{j}]"), "units of x");
     }
-    checker.finish()?;
+    checker.finish().or_raise()?;
     Ok(scale)
 }
 

@@ -11,7 +11,7 @@ use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
 use super::arguments;
 use super::callback::Raised;
-use super::errors::LissomError;
+use super::errors::{LissomError, OrRaise as _};
 use super::imports::Files;
 use super::model::PyModel;
 use super::motion::signals;
@@ -355,7 +355,7 @@ impl PyScene {
             let mut raised = Raised::default();
             let chosen = py.detach(|| scene.choose_modes(&mut signals(&mut raised)));
             raised.into_result()?;
-            if let Some(modes) = chosen?
+            if let Some(modes) = chosen.or_raise()?
                 && !modes.status.is_success()
             {
                 return Err(LissomError::new_err(format!("{}: modes: {}", scene.name, modes.message)));

@@ -8,7 +8,7 @@ use pyo3::types::PyTuple;
 use super::arguments;
 use super::callback::Raised;
 use super::convert::{self, Numbers};
-use super::errors::LissomError;
+use super::errors::{LissomError, OrRaise as _};
 use super::model::{Native, PyModel};
 use super::motion::Ticker;
 use super::segment::PySegment;
@@ -19,7 +19,7 @@ use crate::model::{InertiaMatrix, SectionPlace};
 use crate::numerics::linalg::Matrix;
 use crate::simulation::sensitivity;
 use crate::simulation::sensitivity::{
-    Course, Failure, ForceDerivative, Leg, Lengths, OfInertia, Parameter, Rule, Sections, Together,
+    Course, Failure, ForceDerivative, Interval, Lengths, OfInertia, Parameter, Rule, Sections, Together,
 };
 
 /// Models with a varied parameter, with their weights in the derivative with respect to it.
@@ -39,7 +39,7 @@ pub(crate) enum Dependence<'py> {
     Models(Terms),
     Material(Material<'py>),
     Section(OfSection<'py>),
-    /// Number of a leg and number of an input.
+    /// Number of an interval and number of an input.
     Input((usize, usize)),
     /// Number of the segment whose length is the parameter.
     Length(usize),
@@ -62,10 +62,10 @@ pub(crate) enum Dependence<'py> {
 /// force depends on; or for a segment's material (first coordinate, dK/dp, dD/dp), its k coordinates' stiffness and damping,
 /// shapes (k, k); or with `weights` for its section the same and (number of the segment, list of (Segment, float)), segments
 /// whose weighted sum of inertias is the derivative; or with `weights` for a length the number of the segment; or for an input
-/// (number of the leg, number of the input).
+/// (number of the interval, number of the input).
 /// dq0, dv0 : array_like, shape (n, p)
 ///     Derivatives of the initial state with respect to the parameters.
-/// legs : list of (int, array_like of shape (inputs,)), optional
+/// intervals : list of (int, array_like of shape (inputs,)), optional
 ///     Indices of the states at which inputs change, beginning with 0, and the new inputs; `a` at these
 ///     states is with the new inputs.
 /// weights : pair of array_like, shape (m, n), optional
@@ -83,7 +83,7 @@ pub(crate) enum Dependence<'py> {
 /// LissomError
 ///     If the matrix of a step is singular.
 #[pyfunction]
-#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, legs=None, weights=None))]
+#[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, intervals=None, weights=None))]
 #[allow(clippy::too_many_arguments, reason = "a run, and what is asked of it")]
 pub(crate) fn sensitivities<'py>(
     #[pyo3(from_py_with = model_of)] model: &Bound<'py, PyModel>,
@@ -99,7 +99,7 @@ pub(crate) fn sensitivities<'py>(
     gamma: Option<f64>,
     alpha: Option<f64>,
     rho_inf: Option<f64>,
-    legs: Option<Vec<(usize, Bound<'py, PyAny>)>>,
+    intervals: Option<Vec<(usize, Bound<'py, PyAny>)>>,
     weights: Option<(Bound<'py, PyAny>, Bound<'py, PyAny>)>,
 ) -> PyResult<Bound<'py, PyTuple>> {
     let py = model.py();
@@ -107,7 +107,7 @@ pub(crate) fn sensitivities<'py>(
     let n = native.facts().n;
     let rule = rule_of(method, &Parameters { beta, gamma, alpha, rho_inf })?;
     let t = convert::vector(t, "t")?;
-    sensitivity::check(&mut *native, rule, &t)?;
+    sensitivity::check(&mut *native, rule, &t).or_raise()?;
     if t.is_empty() {
         return Err(PyValueError::new_err("t: got no times, expected at least the start"));
     }
@@ -131,18 +131,17 @@ pub(crate) fn sensitivities<'py>(
         return Err(PyValueError::new_err("forces: got sections or lengths, expected none without weights"));
     }
     let free = native.facts().free_lengths;
-    if let Some([_, segment]) = lengths.iter().find(|[_, segment]| *segment >= free) {
-        return Err(PyValueError::new_err(format!(
-            "forces: got the length of segment {segment}, expected one of {free} on which nothing else depends"
-        )));
-    }
+    check_lengths(&lengths, free)?;
     let together =
         Together { sections: Sections::new(sections, places.len()), lengths: Lengths::new(lengths, free) };
-    let legs = legs_of(legs.unwrap_or_default(), t.len(), native.facts().inputs())?;
-    let course = Course { t: &t, q: &q, v: &v, a: &a, rule, legs: &legs };
+    let intervals = intervals_of(intervals.unwrap_or_default(), t.len(), native.facts().inputs())?;
+    let course = Course { t: &t, q: &q, v: &v, a: &a, rule, intervals: &intervals };
     let inputs = native.facts().inputs();
-    if forces.iter().any(|force| matches!(force, Force::Input(i, k) if *i >= legs.len() || *k >= inputs)) {
-        return Err(PyValueError::new_err("forces: got an input of no leg, expected one of `legs`"));
+    if forces.iter().any(|force| matches!(force, Force::Input(i, k) if *i >= intervals.len() || *k >= inputs))
+    {
+        return Err(PyValueError::new_err(
+            "forces: got an input of no interval, expected one of `intervals`",
+        ));
     }
     let mut raised = Raised::default();
     let mut ticker = Ticker::new();
@@ -165,6 +164,14 @@ pub(crate) fn sensitivities<'py>(
     PyTuple::new(py, arrays.collect::<PyResult<Vec<_>>>()?)
 }
 
+/// Refuses lengths on which other things than their rods depend.
+fn check_lengths(lengths: &[[usize; 2]], free: usize) -> PyResult<()> {
+    let Some([_, segment]) = lengths.iter().find(|[_, segment]| *segment >= free) else { return Ok(()) };
+    Err(PyValueError::new_err(format!(
+        "forces: got the length of segment {segment}, expected one of {free} on which nothing else depends"
+    )))
+}
+
 /// How the steps of a run were taken.
 fn rule_of(method: &str, given: &Parameters) -> PyResult<Rule> {
     match method {
@@ -174,7 +181,7 @@ fn rule_of(method: &str, given: &Parameters) -> PyResult<Rule> {
                 "beta, gamma, alpha, rho_inf: expected nothing: they are options of the Newmark family";
             Err(PyValueError::new_err(expected))
         }
-        _ => Ok(Rule::Newmark(Scheme::by_name(method, given)?)),
+        _ => Ok(Rule::Newmark(Scheme::by_name(method, given).or_raise()?)),
     }
 }
 
@@ -202,19 +209,23 @@ enum Force {
     Input(usize, usize),
 }
 
-fn legs_of(given: Vec<(usize, Bound<'_, PyAny>)>, states: usize, inputs: usize) -> PyResult<Vec<Leg>> {
-    let mut legs: Vec<Leg> = Vec::with_capacity(given.len());
+fn intervals_of(
+    given: Vec<(usize, Bound<'_, PyAny>)>,
+    states: usize,
+    inputs: usize,
+) -> PyResult<Vec<Interval>> {
+    let mut intervals: Vec<Interval> = Vec::with_capacity(given.len());
     for (first, u) in given {
-        let is_next = legs.last().map_or(first == 0, |before| before.first < first);
+        let is_next = intervals.last().map_or(first == 0, |before| before.first < first);
         if !is_next || first >= states {
             return Err(PyValueError::new_err(format!(
-                "legs[{}]: got a beginning of {first}, expected 0 and then ascending numbers below {states}",
-                legs.len()
+                "intervals[{}]: got a beginning of {first}, expected 0 and then ascending numbers below {states}",
+                intervals.len()
             )));
         }
-        legs.push(Leg { first, inputs: convert::finite_vector_of(&u, inputs, "legs")? });
+        intervals.push(Interval { first, inputs: convert::finite_vector_of(&u, inputs, "intervals")? });
     }
-    Ok(legs)
+    Ok(intervals)
 }
 
 /// The forces of all parameters, the contributions of the inertia of sections, and the parameters that are
@@ -235,7 +246,7 @@ fn of_parameters(
     for (parameter, dependence) in dependences.iter().enumerate() {
         forces.push(match dependence {
             Dependence::Models(terms) => Force::Models(of_models(terms, n)?),
-            Dependence::Input((leg, input)) => Force::Input(*leg, *input),
+            Dependence::Input((interval, input)) => Force::Input(*interval, *input),
             Dependence::Length(segment) => {
                 lengths.push([parameter, *segment]);
                 Force::Models(Vec::new())
@@ -335,7 +346,7 @@ fn compute(
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
     let n = dq0.nrows();
-    let is_steered = !course.legs.is_empty();
+    let is_steered = !course.intervals.is_empty();
     let parameter = |force| match force {
         Force::Models(terms) if terms.is_empty() => Ok(Parameter::Start),
         Force::Models(terms) => {
@@ -345,7 +356,7 @@ fn compute(
             let force = ForceDerivative::of_material(first, [&stiffness, &damping], n);
             Ok(Parameter::Model(Box::new(force)))
         }
-        Force::Input(leg, input) => Ok(Parameter::Input { leg, input }),
+        Force::Input(interval, input) => Ok(Parameter::Input { interval, input }),
     };
     let mut of = forces.into_iter().map(parameter).collect::<Result<Vec<_>, Interrupted>>()?;
     let mut parameters = sensitivity::Parameters { dq0, dv0, of: &mut of };

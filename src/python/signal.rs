@@ -20,6 +20,7 @@ use crate::description::signal::{
 };
 use crate::description::world::{BaseMotion, BaseRotation, quaternion_motion};
 use crate::error::{Checker, Interrupted};
+use crate::python::errors::OrRaise as _;
 use crate::robot::effects::actuator::AlongRod;
 use crate::robot::{Driven, GivenSignal, Robot};
 
@@ -88,7 +89,7 @@ impl PyHarmonic {
             }
             part[..expected].copy_from_slice(&values);
         }
-        harmonic.validate()?;
+        harmonic.validate().or_raise()?;
         Ok(Self { harmonic, is_number: is_number.unwrap_or(true) })
     }
 
@@ -242,7 +243,7 @@ impl PyInput {
                 "one number, or three",
             );
         }
-        check.finish()?;
+        check.finish().or_raise()?;
         let mut value = [0.0; 3];
         value[..values.len()].copy_from_slice(&values);
         Ok(Self { name: name.into(), value, is_number })
@@ -498,7 +499,7 @@ fn table<const N: usize>(pair: &Bound<'_, PyAny>, name: &str) -> PyResult<Signal
             &expected,
         );
     }
-    check.finish()?;
+    check.finish().or_raise()?;
     let table = table.expect("nothing is wrong with it").interpolated(interpolation);
     Ok(Signal::Table(Arc::new(table)))
 }

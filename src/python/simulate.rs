@@ -8,7 +8,7 @@ use pyo3::types::PyString;
 use super::arguments;
 use super::callback::{Raised, call, or_raised, wants_to_stop, with_result};
 use super::convert;
-use super::errors::LissomError;
+use super::errors::{LissomError, OrRaise as _};
 use super::model::{Native, PyModel};
 use super::motion::{PyMotionResult, Ticker, finish, signals, times};
 use super::ode::options::tolerance;
@@ -20,7 +20,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Parameters, Predictor, RTOL};
 use crate::robot::Robot;
 use crate::simulation::accuracy;
-use crate::simulation::methods::{Auto, Dop853, Integration, Jacobian, Newmark, Radau, Rk45, Way};
+use crate::simulation::methods::{Auto, Configuration, Dop853, Integration, Jacobian, Newmark, Radau, Rk45};
 use crate::simulation::simulate::{Control, slackness};
 
 /// Value of `t_eval` that requests all accepted steps.
@@ -166,9 +166,9 @@ pub(crate) fn simulate<'py>(
         None => Ok(vec![0.0; n]),
     };
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
-    let tells_steps = t_eval.is_some_and(is_every_step);
-    let t_eval = times(t_eval.filter(|_| !tells_steps))?;
-    let given = Given {
+    let returns_steps = t_eval.is_some_and(is_every_step);
+    let t_eval = times(t_eval.filter(|_| !returns_steps))?;
+    let given = GivenOptions {
         method,
         dt,
         jac,
@@ -182,11 +182,11 @@ pub(crate) fn simulate<'py>(
         predictor,
         reuse_jacobian,
         needs_damping: model.get().look(needs_damping),
-        tells_steps,
+        returns_steps,
     };
-    let way = given.way(n)?;
-    let controller = Controller::new(model, control, control_step, dt, &way)?;
-    run(model, (t0, t_end), [&q0, &v0], &way, t_eval.as_deref(), controller, progress)
+    let configuration = given.configuration(n)?;
+    let controller = Controller::new(model, control, control_step, dt, &configuration)?;
+    run(model, (t0, t_end), [&q0, &v0], &configuration, t_eval.as_deref(), controller, progress)
 }
 
 /// Whether `t_eval` asks for every accepted step.
@@ -206,7 +206,7 @@ impl Controller {
         function: Option<&Bound<'_, PyAny>>,
         step: Option<f64>,
         dt: f64,
-        way: &Way,
+        configuration: &Configuration,
     ) -> PyResult<Option<Self>> {
         let Some(function) = function else {
             return match step {
@@ -227,7 +227,7 @@ impl Controller {
                 "control: got a callable, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
             ));
         }
-        if matches!(way, Way::Accuracy(_)) {
+        if matches!(configuration, Configuration::Accuracy(_)) {
             return Err(PyValueError::new_err(
                 "control: got a callable, expected nothing: method \"auto\" computes motions several times; take another one",
             ));
@@ -282,7 +282,7 @@ pub(super) fn method<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<MethodOf<'a>> 
 }
 
 /// The options of the method as passed from Python.
-pub(super) struct Given<'a, 'py> {
+pub(super) struct GivenOptions<'a, 'py> {
     pub(super) method: MethodOf<'a>,
     pub(super) dt: f64,
     pub(super) jac: Option<&'a str>,
@@ -298,12 +298,12 @@ pub(super) struct Given<'a, 'py> {
     /// Whether numerical damping of infinite frequencies is needed.
     pub(super) needs_damping: bool,
     /// Whether the result contains all accepted steps.
-    pub(super) tells_steps: bool,
+    pub(super) returns_steps: bool,
 }
 
-impl Given<'_, '_> {
+impl GivenOptions<'_, '_> {
     /// The way to compute a motion of a model with `n` coordinates.
-    pub(super) fn way(&self, n: usize) -> PyResult<Way> {
+    pub(super) fn configuration(&self, n: usize) -> PyResult<Configuration> {
         let method = match &self.method {
             MethodOf::Name(name) => &self.named(name)?,
             MethodOf::Described(method) => {
@@ -316,10 +316,10 @@ impl Given<'_, '_> {
                 method
             }
         };
-        if self.tells_steps && matches!(method, Integration::Auto(_)) {
+        if self.returns_steps && matches!(method, Integration::Auto(_)) {
             return Err(refused("t_eval='steps'", "auto"));
         }
-        Ok(method.way(n, self.dt, self.needs_damping, self.tells_steps)?)
+        method.configuration(n, self.dt, self.needs_damping, self.returns_steps).or_raise()
     }
 
     /// The method of this name with the options that are given beside it.
@@ -343,7 +343,7 @@ impl Given<'_, '_> {
             "dop853" => Dop853 { rtol, atol, max_step, min_step, max_steps }.into(),
             _ => {
                 let Parameters { beta, gamma, alpha, rho_inf } =
-                    Parameters::by_name(name, &self.parameters).map_err(name_all_methods)?;
+                    Parameters::by_name(name, &self.parameters).map_err(name_all_methods).or_raise()?;
                 Newmark {
                     rho_inf,
                     alpha,
@@ -412,7 +412,7 @@ fn run(
     model: &Bound<'_, PyModel>,
     t_span: (f64, f64),
     [q0, v0]: [&[f64]; 2],
-    way: &Way,
+    configuration: &Configuration,
     t_eval: Option<&[f64]>,
     controller: Option<Controller>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -438,11 +438,11 @@ fn run(
             }))?;
             if stop { Err(Interrupted) } else { Ok(()) }
         };
-        match way {
-            Way::Accuracy(request) => {
+        match configuration {
+            Configuration::Accuracy(request) => {
                 model.simulate_to_accuracy(t_span, q0, v0, *request, t_eval, &mut monitor)
             }
-            Way::Method(method) => {
+            Configuration::Method(method) => {
                 let mut inputs = |t: f64, q: &[f64], v: &[f64], inputs: &mut [f64]| {
                     let Some(controller) = &controller else { return Ok(()) };
                     raised_by_control.catch(Python::attach(|py| controller.inputs(py, t, [q, v], inputs)))
@@ -454,7 +454,7 @@ fn run(
             }
         }
     });
-    let (simulation, replacement) = simulation.map_err(with_python_names)?;
+    let (simulation, replacement) = simulation.map_err(with_python_names).or_raise()?;
     let moved = match replacement.as_ref().and_then(|model| model.robot()) {
         Some(robot) => like(object.bind(py), robot)?.cast_into::<PyModel>()?.unbind(),
         None => object,
@@ -547,7 +547,7 @@ pub(crate) fn choose_modes<'py>(
     let chosen = rod.py().detach(|| {
         accuracy::choose_modes(description, &segments, (t0, t_end), request, &mut signals(&mut raised))
     });
-    let modes = chosen.map_err(with_python_names)?;
+    let modes = chosen.map_err(with_python_names).or_raise()?;
     if let Err(error) = raised.into_result() {
         let py = rod.py();
         return Err(with_result(py, error, || like(rod.as_any(), &modes.robot)));

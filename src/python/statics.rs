@@ -22,6 +22,7 @@ use crate::analysis::statics::{
     Start, Tendons,
 };
 use crate::error::{Interrupted, InvalidInput, Unfinished};
+use crate::python::errors::OrRaise as _;
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
 ///
@@ -652,7 +653,7 @@ pub(super) fn run<'py, T: Send + 'static, R: IntoPyObject<'py>>(
         });
         (found, raised.into_result())
     };
-    let found = found?.unwrap_or_else(Unfinished::into_inner);
+    let found = found.or_raise()?.unwrap_or_else(Unfinished::into_inner);
     match raised {
         Ok(()) => result(found),
         Err(error) => Err(with_result(py, error, || result(found))),

@@ -323,7 +323,7 @@ impl<'a> FlowMeter<'a> {
     }
 
     /// What goes on from step to step of a meter that records nothing.
-    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         let Self { t, q, v, a, total, uncertain, power, .. } = self;
         [t, uncertain, power].into_iter().for_each(|number| tape.number(number));
         [&mut q[..], v, a, total].into_iter().for_each(|numbers| tape.numbers(numbers));

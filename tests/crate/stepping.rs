@@ -122,14 +122,14 @@ fn methods(dt: f64) -> Vec<(&'static str, Method)> {
         ("hht", Method::Newmark(newmark("hht", dt))),
         ("generalised_alpha", Method::Newmark(newmark("generalised_alpha", dt))),
         ("adaptive", Method::Newmark(newmark::Options { step_size: adaptive, ..newmark("hht", dt) })),
-        ("radau", Method::Radau { options: radau::Options::default(), dt, tells_steps: false }),
-        ("rk45", Method::FirstOrder { options: ode::Options::default(), dt, tells_steps: false }),
+        ("radau", Method::Radau { options: radau::Options::default(), dt, returns_steps: false }),
+        ("rk45", Method::FirstOrder { options: ode::Options::default(), dt, returns_steps: false }),
         (
             "dop853",
             Method::FirstOrder {
                 options: ode::Options { method: ode::Method::Dop853, ..ode::Options::default() },
                 dt,
-                tells_steps: false,
+                returns_steps: false,
             },
         ),
     ]
@@ -165,13 +165,13 @@ fn run_of(model: Oscillator, t0: f64, method: &Method, dt: f64) -> Run<Oscillato
     run
 }
 
-/// One leg; returns the state at its end.
-fn leg(run: &mut Run<Oscillator>, input: Option<f64>, duration: Option<f64>) -> [f64; 4] {
+/// One interval; returns the state at its end.
+fn interval(run: &mut Run<Oscillator>, input: Option<f64>, duration: Option<f64>) -> [f64; 4] {
     let end = run.end_of(duration).unwrap();
     if let Some(input) = input {
         run.set_inputs(&[input]);
     }
-    run.set_out(end);
+    run.begin_interval(end);
     let status = run.finish(&mut |_| Ok(())).unwrap();
     assert!(status.is_success(), "{}", run.explain(status));
     state(run)
@@ -195,7 +195,7 @@ fn steps_of_a_run_are_those_of_simulate_to_the_bit() {
         for i in 1..=steps {
             let a = whole.a.as_ref().unwrap();
             assert_eq!(
-                leg(&mut run, None, None),
+                interval(&mut run, None, None),
                 [whole.t[i], whole.q[i], whole.v[i], a[i]],
                 "{name}, step {i}"
             );
@@ -205,24 +205,28 @@ fn steps_of_a_run_are_those_of_simulate_to_the_bit() {
 
 #[test]
 fn a_controlled_run_is_its_legs_to_the_bit() {
-    let (t0, dt, legs) = (0.2, 0.02, 60);
+    let (t0, dt, intervals) = (0.2, 0.02, 60);
     for step in [0.02, 0.1, 0.05] {
         for (name, method) in methods(dt) {
-            // The ends of all legs are output times; there are further ones.
+            // The ends of all intervals are output times; there are further ones.
             let mut run = run_of(Oscillator::duffing(), t0, &method, dt);
             let mut ends = vec![state(&run)];
             let mut inputs = Vec::new();
-            for _ in 0..legs {
+            for _ in 0..intervals {
                 let [t, q, v, _] = *ends.last().unwrap();
                 inputs.push(law(t, q, v));
-                ends.push(leg(&mut run, inputs.last().copied(), Some(step)));
+                ends.push(interval(&mut run, inputs.last().copied(), Some(step)));
             }
             let times: Vec<f64> = ends.iter().map(|end| end[0]).collect();
-            let t_span = (t0, times[legs]);
+            let t_span = (t0, times[intervals]);
             let whole = controlled(Oscillator::duffing(), t_span, &method, step, Some(&times), law);
-            for i in 0..=legs {
-                assert_eq!([whole.q[i], whole.v[i]], [ends[i][1], ends[i][2]], "{name}, {step}, leg {i}");
-                assert_eq!(whole.u[i], inputs[i.min(legs - 1)], "{name}, {step}, leg {i}");
+            for i in 0..=intervals {
+                assert_eq!(
+                    [whole.q[i], whole.v[i]],
+                    [ends[i][1], ends[i][2]],
+                    "{name}, {step}, interval {i}"
+                );
+                assert_eq!(whole.u[i], inputs[i.min(intervals - 1)], "{name}, {step}, interval {i}");
             }
         }
     }
@@ -233,7 +237,7 @@ fn whoever_recalls_a_run_or_is_its_copy_goes_on_as_it_does() {
     for (name, method) in methods(0.02) {
         let mut run = run_of(Oscillator::duffing(), 0.1, &method, 0.02);
         for i in 0..40 {
-            // Some steps of size `dt`, some legs of other lengths; inputs that stay constant and inputs that
+            // Some steps of size `dt`, some intervals of other lengths; inputs that stay constant and inputs that
             // jump.
             let duration = [None, Some(0.05), Some(0.04)][i % 3];
             let input = (i % 4 == 0).then(|| (i as f64).sin());
@@ -242,10 +246,10 @@ fn whoever_recalls_a_run_or_is_its_copy_goes_on_as_it_does() {
             let mut other = run_of(Oscillator::duffing(), 0.1, &method, 0.02);
             other.recall(&memory).unwrap();
             assert_eq!(other.memory(), memory, "{name}");
-            let wanted = leg(&mut run, input, duration);
-            assert_eq!(leg(&mut copy, input, duration), wanted, "{name}, copy, leg {i}");
-            assert_eq!(leg(&mut other, input, duration), wanted, "{name}, recalled, leg {i}");
-            assert_eq!([copy.counters(), other.counters()], [run.counters(); 2], "{name}, leg {i}");
+            let wanted = interval(&mut run, input, duration);
+            assert_eq!(interval(&mut copy, input, duration), wanted, "{name}, copy, interval {i}");
+            assert_eq!(interval(&mut other, input, duration), wanted, "{name}, recalled, interval {i}");
+            assert_eq!([copy.counters(), other.counters()], [run.counters(); 2], "{name}, interval {i}");
         }
     }
 }
@@ -257,7 +261,7 @@ fn a_memory_of_something_else_is_refused() {
         .iter()
         .map(|(_, method)| {
             let mut run = run_of(Oscillator::duffing(), 0.0, method, 0.02);
-            leg(&mut run, None, None);
+            interval(&mut run, None, None);
             run.memory()
         })
         .collect();
@@ -289,10 +293,10 @@ fn exact(model: &Oscillator, [q, v]: [f64; 2], force: f64, t: f64) -> [f64; 2] {
 #[test]
 fn order_two_with_inputs_that_jump() {
     let force = |t: f64| (3.0 * t).cos().signum() + t;
-    let (step, legs) = (0.1, 30);
+    let (step, intervals) = (0.1, 30);
     let model = Oscillator::linear();
     let mut wanted = [START[0][0], START[1][0]];
-    for i in 0..legs {
+    for i in 0..intervals {
         wanted = exact(&model, wanted, force(f64::from(i) * step), step);
     }
     for name in ["newmark", "hht", "generalised_alpha"] {
@@ -302,7 +306,7 @@ fn order_two_with_inputs_that_jump() {
                 atol: 1e-13.into(),
                 ..newmark(name, dt)
             });
-            let t_end = f64::from(legs) * step;
+            let t_end = f64::from(intervals) * step;
             let found =
                 controlled(model.clone(), (0.0, t_end), &method, step, Some(&[t_end]), |t, _, _| force(t));
             (found.q[0] - wanted[0]).abs().max((found.v[0] - wanted[1]).abs())
@@ -312,7 +316,7 @@ fn order_two_with_inputs_that_jump() {
         assert!(fine < 4e-3, "{name}: {fine}");
     }
     for (name, method) in methods(0.02).split_off(4) {
-        let t_end = f64::from(legs) * step;
+        let t_end = f64::from(intervals) * step;
         let found =
             controlled(model.clone(), (0.0, t_end), &method, step, Some(&[t_end]), |t, _, _| force(t));
         assert!((found.q[0] - wanted[0]).abs() < 2e-3, "{name}: {} {}", found.q[0], wanted[0]);
@@ -360,7 +364,7 @@ fn durations_are_divided_into_equal_steps() {
     let mut run = run_of(Oscillator::linear(), 1.0, &method, 0.1);
     let mut times = |duration| {
         let end = run.end_of(duration).unwrap();
-        run.set_out(end);
+        run.begin_interval(end);
         let mut times = Vec::new();
         while run.step().unwrap().is_none() {
             times.push(run.t());
@@ -384,14 +388,14 @@ fn durations_are_divided_into_equal_steps() {
 fn a_step_that_fails_leaves_the_state_and_the_next_one_may_go_on() {
     for (name, method) in methods(0.02) {
         let mut run = run_of(Oscillator::duffing(), 0.0, &method, 0.02);
-        let before = leg(&mut run, Some(0.1), None);
+        let before = interval(&mut run, Some(0.1), None);
         let end = run.end_of(None).unwrap();
         run.set_inputs(&[f64::NAN]);
-        run.set_out(end);
+        run.begin_interval(end);
         let status = run.finish(&mut |_| Ok(())).unwrap();
         assert!(!status.is_success() && run.explain(status).len() > 20, "{name}");
         assert_eq!(state(&run)[..3], before[..3], "{name}");
-        let after = leg(&mut run, Some(0.1), None);
+        let after = interval(&mut run, Some(0.1), None);
         assert!(after[0] > before[0] && after[1].is_finite(), "{name}");
     }
 }
@@ -401,10 +405,10 @@ fn an_interrupted_leg_goes_on() {
     for (name, method) in methods(0.02) {
         let mut run = run_of(Oscillator::duffing(), 0.0, &method, 0.02);
         let mut other = run.clone();
-        let wanted = leg(&mut other, Some(0.1), Some(0.2));
+        let wanted = interval(&mut other, Some(0.1), Some(0.2));
         let end = run.end_of(Some(0.2)).unwrap();
         run.set_inputs(&[0.1]);
-        run.set_out(end);
+        run.begin_interval(end);
         let mut left = 1;
         let interrupted = run.finish(&mut |_| {
             left -= 1;

@@ -289,7 +289,7 @@ def sensitivity(
         for i, parameter in enumerate(wanted):
             if isinstance(parameter, OfStart):
                 (dq0 if parameter.which == "q0" else dv0)[parameter.index, i] = 1.0
-        legs = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
+        intervals = None if held is None else list(zip(np.searchsorted(run.t, begun), held, strict=True))
         forces = [_on_forces(parameter, weights is not None) for parameter in wanted]
         found = sensitivities(
             model,
@@ -302,7 +302,7 @@ def sensitivity(
             dv0,
             method=of_method,
             **scheme,
-            legs=legs,
+            intervals=intervals,
             weights=weights,
         )
     dq, dv, gradient = (*found, None) if weights is None else (None, None, *found)

@@ -577,12 +577,21 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     setattr(owner, name, own)
 
 
+#: What files have of a motion or a shape, as meshes.
+MESHES = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
+
+
 def attach() -> None:
     """Attach the methods to the classes of results, models and scenes. Repeated calls have no effect."""
     _attach(Model, "to_scene", _scene_of)
     _attach(Scene, "save", _save_scene)
-    meshes = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
-    of_motion = meshes.format(what="the motion as an animation, or one instant")
+    _attach_to_motions()
+    _attach_to_studies()
+    _attach_to_equilibria()
+
+
+def _attach_to_motions() -> None:
+    of_motion = MESHES.format(what="the motion as an animation, or one instant")
     paraview = f"{texts.ALL_KINDS}; ``.vtkhdf`` is for ParaView (extra `files`); {of_motion}"
     paraview += ": `load` reads none of these"
     trajectory = (
@@ -605,6 +614,9 @@ def attach() -> None:
     _attach(MotionResult, "save", _save_motion, texts.SAVE.format(kinds=paraview, model=texts.INSTANT))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, texts.DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
+
+
+def _attach_to_studies() -> None:
     _attach(EnsembleResult, "save", _save_with, texts.SAVE.format(kinds=texts.ALL_KINDS, model=texts.MODEL))
     rows = "States, status and cost by rows; positions of places (m), or their mean and variance."
     _attach(
@@ -623,6 +635,9 @@ def attach() -> None:
     drawn = "Draw derivatives of positions or coordinates, or what was measured beside what was fitted."
     _attach(ParameterResult, "plot", _plot_parameters, f"{drawn}\n{texts.AXES}")
     _attach(ParameterResult, "report", _report_parameters)
+
+
+def _attach_to_equilibria() -> None:
     holds = {
         StaticsResult: "The coordinates at equilibrium and the stability.",
         ContinuationResult: "Coordinates, load factor, lowest eigenvalue and stability along the path.",
@@ -633,7 +648,7 @@ def attach() -> None:
     for owner, held in holds.items():
         _attach(owner, "save", _save_with, texts.SAVE.format(kinds=texts.ALL_KINDS, model=texts.MODEL))
         _attach(owner, "to_xarray", _dataset_with, texts.DATASET.format(model=texts.NAMES, holds=held))
-    of_rest = meshes.format(what="the shape")
+    of_rest = MESHES.format(what="the shape")
     of_rest = f"{texts.ALL_KINDS}; {of_rest} and need the model: `load` reads none of these"
     _attach(
         StaticsResult,

@@ -273,7 +273,6 @@ fn search(
         let end = Ending::of_start(status, State { u: problem.u, q: start.q });
         return Ending { verdict: start.verdict, ..end }.conclude(&mut of_targets, &robot, targets);
     }
-
     let sizes = of_targets.sizes.clone();
     let mut equilibria = Equilibria::new(model, options.time, problem.u.clone(), start.q, sizes, monitor);
     let Ok(sensitivity) = equilibria.sensitivity() else {
@@ -290,8 +289,8 @@ fn search(
     let wanted = problem.of_free(&sizes, |command, _| command.least);
     let mut system = Actuated::new(equilibria, of_targets, problem.u.clone(), problem.free.clone(), sizes);
     let (found, mut counters) = descend(&mut system, &mut x, &bounds, options);
-    let mut status = Status::of(found.end, !found.held.is_empty(), system.equilibria.lost);
     let lost = system.equilibria.lost;
+    let mut status = Status::of(found.end, !found.held.is_empty(), lost);
     system.targets.count_alike(true);
     if status == Status::Reached {
         status = match settle(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
@@ -313,12 +312,11 @@ fn search(
         let State { u, q } = equilibria.known(&u);
         (State { u: problem.clipped(u), q }, None, Vec::new())
     });
-    let number = equilibria.number;
     let held = match status {
         Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
         _ => Vec::new(),
     };
-    let end = Ending { u, q, status, held, lost, slack, verdict, counters, equilibria: number };
+    let end = Ending { u, q, status, held, lost, slack, verdict, counters, equilibria: equilibria.number };
     end.conclude(&mut of_targets, &robot, targets)
 }
 

@@ -245,10 +245,10 @@ impl Unilateral {
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
         tape.flag(&mut self.touches);
-        self.impacts.carry(tape);
+        self.impacts.serialise(tape);
     }
 }
 

@@ -97,7 +97,7 @@ impl Impacts {
         ))
     }
 
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         let Self { lost, worst, at, contact, longest, kinetic, elastic, missing, most_missing, is_known } =
             self;
         for number in [lost, worst, at, longest, kinetic, elastic, missing, most_missing] {

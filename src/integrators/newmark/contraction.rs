@@ -67,7 +67,7 @@ impl Contraction {
     }
 
     /// What has been learnt.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.cautious);
         tape.number(&mut self.hopeful);
         tape.small_count(&mut self.unmeasured_steps);

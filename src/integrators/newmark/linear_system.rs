@@ -110,7 +110,7 @@ impl LinearSystem {
     }
 
     /// The Jacobian. Its factors follow from that.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         match self {
             Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
                 tape.numbers(jacobian.as_mut_slice());

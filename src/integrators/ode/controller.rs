@@ -37,7 +37,7 @@ impl StepControl {
     }
 
     /// Serialises the state.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.previous_error);
     }
 

@@ -127,10 +127,10 @@ impl Explicit {
     }
 
     /// The state between steps.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.accepted_stages);
-        self.control.carry(tape);
-        self.stiffness.carry(tape);
+        self.control.serialise(tape);
+        self.stiffness.serialise(tape);
     }
 
     /// Evaluates all stages of a step: `y_new` and, as the last stage, `f(t_new, y_new)`.

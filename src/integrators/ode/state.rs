@@ -60,7 +60,7 @@ impl State {
     }
 
     /// Serialises the state between steps.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         for number in [&mut self.t, &mut self.t_end, &mut self.t_old, &mut self.h_abs] {
             tape.number(number);
         }

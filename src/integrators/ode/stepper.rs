@@ -186,12 +186,12 @@ impl Stepper {
     }
 
     /// Continues to a later end, whatever the status was.
-    pub(crate) fn go_on(&mut self, t_end: f64) {
+    pub(crate) fn extend_to(&mut self, t_end: f64) {
         (self.status, self.state.t_end) = (None, t_end);
     }
 
     /// Switches to other coordinates if the current ones are close to a singularity.
-    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
         system.wrap(&mut self.state.y, &mut self.state.f);
     }
 
@@ -225,12 +225,12 @@ impl Stepper {
     }
 
     /// The state between steps of an explicit method.
-    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
-        self.state.carry(tape);
+    pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
+        self.state.serialise(tape);
         tape.flag(&mut self.started);
         tape.flag(&mut self.is_defined);
         match &mut self.scheme {
-            Scheme::Explicit(explicit) => explicit.carry(tape),
+            Scheme::Explicit(explicit) => explicit.serialise(tape),
             Scheme::Radau(_) => unreachable!("implicit motions have a method of second order"),
         }
         self.has_interpolant = false;

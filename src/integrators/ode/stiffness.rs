@@ -21,7 +21,7 @@ pub(super) struct StiffnessTest {
 
 impl StiffnessTest {
     /// Serialises the counters.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.small_count(&mut self.suspicions);
         tape.small_count(&mut self.acquittals);
     }

@@ -653,7 +653,7 @@ impl Stages {
     }
 
     /// What goes on from step to step: tangents, and the last stages.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         for tangent in &mut self.tangents {
             tape.numbers(tangent.as_mut_slice());
         }

@@ -169,7 +169,7 @@ impl Stepper {
         } else if self.counters.steps >= self.options.max_steps {
             Some(Status::TooManySteps)
         } else {
-            self.settle(system);
+            self.shorten_rotation_vectors(system);
             if std::mem::take(&mut self.tangents_are_wanted) {
                 let start = Start { t: self.t, q: &self.q, v: &self.v, a: &self.a };
                 self.stages.evaluate_tangents(system, &start, &mut self.counters)?;
@@ -192,7 +192,7 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
         let vectors = &system.facts().rotation_vectors;
         if rotation_vectors::wrap(vectors, &mut self.q, &mut self.v, &mut [&mut self.a]) {
             self.stages.forget_last();
@@ -201,7 +201,7 @@ impl Stepper {
     }
 
     /// Goes on to a later end, whatever the status was.
-    pub(crate) fn go_on(&mut self, t_end: f64) {
+    pub(crate) fn extend_to(&mut self, t_end: f64) {
         (self.status, self.t_end) = (None, t_end);
     }
 
@@ -241,7 +241,7 @@ impl Stepper {
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }
@@ -257,9 +257,9 @@ impl Stepper {
             tape.number(&mut last.error);
         });
         tape.flag(&mut self.tangents_are_wanted);
-        self.counters.carry(tape);
+        self.counters.serialise(tape);
         tape.flag(&mut self.started);
-        self.stages.carry(tape);
+        self.stages.serialise(tape);
     }
 
     /// Current time.

@@ -43,7 +43,7 @@ impl Grid {
 
     /// Prepares equal steps of at most `dt` from `t` to `t_end`; returns after how many in all the end is reached. Where
     /// they are whole ones, the grid goes on.
-    pub(crate) fn set_out(&mut self, t: f64, t_end: f64, dt: f64) -> usize {
+    pub(crate) fn begin_interval(&mut self, t: f64, t_end: f64, dt: f64) -> usize {
         let way = t_end - t;
         let steps = number_of_steps(way, dt).max(1);
         let is_whole = is_whole(way, steps, dt);
@@ -65,7 +65,7 @@ impl Grid {
     }
 
     /// End and size of the next step from `t`, which ends at a corner if that is in between, and whether it is the end
-    /// of a step of the grid. A corner at such an end, but for rounding, replaces it; the size is that of the grid, as where a leg
+    /// of a step of the grid. A corner at such an end, but for rounding, replaces it; the size is that of the grid, as where an interval
     /// ends there.
     pub(crate) fn step_to_corner(
         &self,
@@ -84,7 +84,7 @@ impl Grid {
         }
     }
 
-    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.origin);
         tape.number(&mut self.h);
         tape.count(&mut self.done);
@@ -124,7 +124,7 @@ mod tests {
         let mut grid = Grid::new(0.3, 0.1);
         let mut t = 0.3;
         let mut go = |grid: &mut Grid, t_end: f64| {
-            let last = grid.set_out(t, t_end, 0.1);
+            let last = grid.begin_interval(t, t_end, 0.1);
             let mut steps = Vec::new();
             while t < t_end {
                 let (end, h) = grid.step(last, t_end);

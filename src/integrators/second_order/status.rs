@@ -85,7 +85,7 @@ pub struct Counters {
 
 impl Counters {
     /// All of them.
-    pub(crate) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         let Self {
             steps,
             rejected,

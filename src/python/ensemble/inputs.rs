@@ -7,7 +7,7 @@ use super::super::convert::{self, Numbers};
 use super::super::rows::Vectors;
 use super::models::Count;
 use crate::integrators::second_order::number_of_steps;
-use crate::simulation::methods::Way;
+use crate::simulation::methods::Configuration;
 
 /// Inputs of the rows.
 pub(super) enum Inputs {
@@ -22,7 +22,7 @@ impl Inputs {
         width: usize,
         control_step: Option<f64>,
         ((t0, t_end), dt): ((f64, f64), f64),
-        way: &Way,
+        configuration: &Configuration,
         count: &mut Count,
     ) -> PyResult<Self> {
         let no_steps = |control_step: Option<f64>| match control_step {
@@ -37,7 +37,7 @@ impl Inputs {
                 "u: got inputs, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
             ));
         }
-        if matches!(way, Way::Accuracy(_)) {
+        if matches!(configuration, Configuration::Accuracy(_)) {
             return Err(PyValueError::new_err(
                 "u: got inputs, expected nothing: method \"auto\" takes their defaults; take another one",
             ));

@@ -21,10 +21,10 @@ use self::result::INTERRUPTED;
 use self::rows::Rows;
 use super::arguments;
 use super::callback::{Raised, with_result};
-use super::errors::AccuracyWarning;
+use super::errors::{AccuracyWarning, OrRaise as _, raise};
 use super::motion::times;
 use super::rows::{of_row, threads};
-use super::simulate::{Given, MethodOf, method, needs_damping, with_python_names};
+use super::simulate::{GivenOptions, MethodOf, method, needs_damping, with_python_names};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::Parameters;
 use crate::simulation::ensemble;
@@ -149,7 +149,7 @@ pub(crate) fn simulate_many<'py>(
     let models = Models::of(model)?;
     let first = models.first();
     let (n, inputs) = (first.n(), first.default_inputs().len());
-    let way = Given {
+    let configuration = GivenOptions {
         method,
         dt,
         jac,
@@ -163,13 +163,13 @@ pub(crate) fn simulate_many<'py>(
         predictor,
         reuse_jacobian,
         needs_damping: first.look(needs_damping),
-        tells_steps: false,
+        returns_steps: false,
     }
-    .way(n)?;
+    .configuration(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));
     let (q0, v0) = (count.vectors(q0, n, "q0")?, count.vectors(v0, n, "v0")?);
     let t_span = (t0, t_end);
-    let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &way, &mut count)?;
+    let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &configuration, &mut count)?;
     let count = count.0.map_or(1, |(rows, _)| rows);
     let mut rows = Rows {
         models,
@@ -179,7 +179,7 @@ pub(crate) fn simulate_many<'py>(
         v0,
         zeros: vec![0.0; n],
         inputs: inputs_of_rows,
-        way,
+        configuration,
         t_eval: times(t_eval)?,
         keep,
         of_function: Mutex::new(None),
@@ -225,7 +225,7 @@ fn check_memory(size: Size, keep: Keep, inputs: usize, workers: usize, limit: f6
             bytes / 1e9
         )));
     }
-    Ok(crate::numerics::memory::check(numbers, "keep", found, instead)?)
+    crate::numerics::memory::check(numbers, "keep", found, instead).or_raise()
 }
 
 /// The result of all runs, or what was refused or raised.
@@ -240,7 +240,7 @@ fn computed(
     let (ensemble, refused, raised) = run(py, rows, size, workers, progress);
     progress.close(py)?;
     if let Err((row, error)) = refused {
-        return Err(of_row(py, row, &PyErr::from(with_python_names(error))));
+        return Err(of_row(py, row, &raise(with_python_names(error))));
     }
     finish(py, ensemble, times, workers, rows.keep, raised)
 }

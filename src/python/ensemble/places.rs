@@ -8,6 +8,7 @@ use super::super::model::PyModel;
 use super::super::robot::PyRobot;
 use super::super::rows::of_row;
 use super::models::Models;
+use crate::python::errors::OrRaise as _;
 use crate::simulation::ensemble::Keep;
 
 /// A place on a link, by the index of the link: at an arc length, or the tip.
@@ -58,7 +59,7 @@ fn places_of_model(model: &Bound<'_, PyModel>, given: Option<&Bound<'_, PyAny>>)
         } else {
             (None, Some(convert::number(&item, &place).map_err(|_| wrong(&place, &item))?))
         };
-        let link = robot.description().link_named(name.as_deref(), &place)?;
+        let link = robot.description().link_named(name.as_deref(), &place).or_raise()?;
         robot
             .check_place(link, x)
             .map_err(|error| PyValueError::new_err(format!("{place}: {}", error.value(item.py()))))?;

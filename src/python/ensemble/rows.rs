@@ -16,10 +16,11 @@ use super::places::OnLink;
 use crate::description::signal::Cell;
 use crate::error::{Interrupted, InvalidInput};
 use crate::numerics::lie::{Quaternion, Vector};
+use crate::python::errors::raise;
 use crate::robot::{Place, Pose};
 use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Keep, Monitor, Refusal, Run};
-use crate::simulation::methods::Way;
+use crate::simulation::methods::Configuration;
 use crate::simulation::simulate::{Control, Simulation, slackness, times_of_run};
 
 /// Arguments of all runs.
@@ -32,7 +33,7 @@ pub(super) struct Rows {
     pub(super) v0: Option<Vectors>,
     pub(super) zeros: Vec<f64>,
     pub(super) inputs: Inputs,
-    pub(super) way: Way,
+    pub(super) configuration: Configuration,
     pub(super) t_eval: Option<Vec<f64>>,
     pub(super) keep: Keep,
     /// First exception of a function of time.
@@ -72,7 +73,7 @@ impl Rows {
                 last.as_mut().map_or(Ok(()), |(_, native)| native.check_shape(q0, "q0"))
             };
             checked.map_err(|error| {
-                let error = PyErr::from(with_python_names(error));
+                let error = raise(with_python_names(error));
                 // Do not mention a row if the problem concerns all rows.
                 if count > 1 && (row > 0 || error.value(py).to_string().starts_with("q0")) {
                     of_row(py, row, &error)
@@ -98,11 +99,11 @@ impl Rows {
         times: &mut Option<Vec<f64>>,
     ) -> Result<bool, InvalidInput> {
         let (t_span, t_eval) = (self.t_span, self.t_eval.as_deref());
-        match &self.way {
-            Way::Accuracy(request) => {
+        match &self.configuration {
+            Configuration::Accuracy(request) => {
                 *times = Some(model.check_to_accuracy(t_span, q0, v0, *request, t_eval)?);
             }
-            Way::Method(method) => {
+            Configuration::Method(method) => {
                 let step = self.inputs.step();
                 model.check(t_span, q0, v0, method, t_eval, step)?;
                 let of_run = |corner: &dyn Fn(Cell) -> Option<f64>| {
@@ -122,11 +123,11 @@ impl Rows {
         let model = self.models.of_row(row).get().native();
         let [q0, v0] = self.start(row);
         let t_eval = self.t_eval.as_deref();
-        let simulated = match &self.way {
-            Way::Accuracy(request) => {
+        let simulated = match &self.configuration {
+            Configuration::Accuracy(request) => {
                 model.boxed_clone().simulate_to_accuracy(self.t_span, q0, v0, *request, t_eval, monitor)
             }
-            Way::Method(method) => {
+            Configuration::Method(method) => {
                 let mut steps = 0;
                 let mut set = |_: f64, _: &[f64], _: &[f64], inputs: &mut [f64]| {
                     inputs.copy_from_slice(self.inputs.at(row, steps));

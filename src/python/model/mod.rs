@@ -14,7 +14,7 @@ use pyo3::types::PyTuple;
 use super::arguments;
 use super::callback::or_raised;
 use super::convert;
-use super::errors::{LissomError, check_finite};
+use super::errors::{LissomError, OrRaise as _, check_finite};
 use crate::analysis::reached;
 use crate::description::signal::covers;
 use crate::model::ForwardScratch;
@@ -231,7 +231,7 @@ impl PyModel {
     #[pyo3(signature = (q))]
     fn check_shape(&self, q: &Bound<'_, PyAny>) -> PyResult<()> {
         let q = self.state(q, "q")?;
-        Ok(self.memory().model.check_shape(&q, "q")?)
+        self.memory().model.check_shape(&q, "q").or_raise()
     }
 
     /// Inverse dynamics: the generalised forces that a motion requires.

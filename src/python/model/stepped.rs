@@ -13,7 +13,7 @@ use crate::simulation::stepping::{Run, Status};
 pub(crate) trait Stepped: Send + Sync {
     fn boxed_clone(&self) -> Box<dyn Stepped>;
     fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput>;
-    fn set_out(&mut self, t_end: f64);
+    fn begin_interval(&mut self, t_end: f64);
     fn set_inputs(&mut self, inputs: &[f64]);
     fn begin(&mut self) -> Result<Option<Status>, Interrupted>;
     fn watched_step(&mut self) -> Result<Option<Status>, Interrupted>;
@@ -21,7 +21,7 @@ pub(crate) trait Stepped: Send + Sync {
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted>;
-    fn settle(&mut self);
+    fn shorten_rotation_vectors(&mut self);
     fn t(&self) -> f64;
     /// Coordinates, velocities and accelerations.
     fn state(&self) -> [&[f64]; 3];
@@ -41,8 +41,8 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
         self.end_of(duration)
     }
-    fn set_out(&mut self, t_end: f64) {
-        self.set_out(t_end);
+    fn begin_interval(&mut self, t_end: f64) {
+        self.begin_interval(t_end);
     }
     fn set_inputs(&mut self, inputs: &[f64]) {
         self.set_inputs(inputs);
@@ -59,8 +59,8 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     ) -> Result<Status, Interrupted> {
         self.finish(monitor)
     }
-    fn settle(&mut self) {
-        self.settle();
+    fn shorten_rotation_vectors(&mut self) {
+        self.shorten_rotation_vectors();
     }
     fn t(&self) -> f64 {
         self.t()

@@ -20,6 +20,7 @@ use super::callback::{wants_to_stop, with_result};
 use super::convert;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode::{Event, Options, Output, Solution, Stepper, solve};
+use crate::python::errors::OrRaise as _;
 use function::Function;
 use system::{Parts, PySystem, SharedRaised};
 
@@ -185,7 +186,7 @@ pub(super) fn solve_ivp<'py>(
         let callback = callback.map(|callback| Function::new(callback, None));
         run_attached(py, &mut system, t_span, &y0, (&options, &output), &mut events, callback, &raised)
     };
-    let solution = solution?;
+    let solution = solution.or_raise()?;
     if let Err(error) = raised.raise() {
         return Err(with_result(py, error, || PyOdeResult::new(py, solution, has_events)));
     }

@@ -6,6 +6,7 @@ use pyo3::types::PyFloat;
 
 use super::super::convert;
 use crate::integrators::ode::{Controller, Sparsity, Tolerance};
+use crate::python::errors::OrRaise as _;
 
 /// The initial state.
 pub(super) fn initial_state(y0: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
@@ -50,7 +51,7 @@ pub(super) fn sparsity(value: &Bound<'_, PyAny>, n: usize) -> PyResult<Sparsity>
     let numbers = truth.map_or(Ok(dense), |truth| truth.call_method1("astype", ("float64",)))?;
     let pattern = convert::matrix_of(&numbers, (n, n), "jac_sparsity")?;
     let places = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-    Ok(Sparsity::new(n, places.filter(|&place| pattern[place] != 0.0))?)
+    Sparsity::new(n, places.filter(|&place| pattern[place] != 0.0)).or_raise()
 }
 
 /// SciPy's warning about a relative tolerance below the accuracy of the arithmetic.

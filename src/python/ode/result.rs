@@ -11,6 +11,7 @@ use pyo3::types::PyList;
 use super::super::convert;
 use super::super::record::{self, ReadOnly, Reduced};
 use crate::integrators::ode::{DenseOutput, DenseParts, Occurrences, Solution, Status};
+use crate::python::errors::OrRaise as _;
 
 /// Result of `solve_ivp`.
 ///
@@ -246,6 +247,6 @@ impl PyDenseOutput {
         let times = &convert::vector(times, "times")?;
         let coefficients = &convert::vector(coefficients, "coefficients")?;
         let parts = DenseParts { is_nested, vectors, n, times, last_step_end, coefficients };
-        Ok(Self::new(DenseOutput::from_parts(parts)?))
+        Ok(Self::new(DenseOutput::from_parts(parts).or_raise()?))
     }
 }

@@ -13,6 +13,7 @@ use super::result::PyDenseOutput;
 use super::system::{Parts, PySystem, SharedRaised};
 use crate::integrators::ode::{Method, Options, Status, Stepper, System, tableau};
 use crate::python::convert;
+use crate::python::errors::OrRaise as _;
 
 /// A step-by-step integration: the base class of `RK45`, `DOP853` and `Radau`.
 ///
@@ -76,7 +77,7 @@ impl PyOdeSolver {
         if let Some(atol) = atol {
             options.atol = options::tolerance(atol, "atol")?;
         }
-        let mut stepper = Stepper::new(system.n(), (t0, t_bound), &y0, &options)?;
+        let mut stepper = Stepper::new(system.n(), (t0, t_bound), &y0, &options).or_raise()?;
         if stepper.rtol_raised() {
             options::warn_of_raised_rtol(fun.py())?;
         }

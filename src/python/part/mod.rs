@@ -21,6 +21,7 @@ use crate::description::schema::{
     AnyPart, Data as _, Fault, Field, Item, Part, Problem, Reader, Schema, Value,
 };
 use crate::error::InvalidInput;
+use crate::python::errors::raise;
 use crate::robot::described;
 use crate::scene::{self, PARTS};
 
@@ -92,7 +93,7 @@ pub(super) fn resolved<R>(py: Python<'_>, resolve: impl FnOnce(&mut Reader) -> R
     }
     match problems.is_empty() {
         true => Ok(found),
-        false => Err(InvalidInput { problems: problems.into_iter().map(Into::into).collect() }.into()),
+        false => Err(raise(InvalidInput { problems: problems.into_iter().map(Into::into).collect() })),
     }
 }
 

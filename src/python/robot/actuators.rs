@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use super::super::actuation::actuator_index;
 use super::class::PyRobot;
 use super::states::At;
+use crate::python::errors::OrRaise as _;
 use crate::robot::RobotModel;
 
 /// Length of an actuator.
@@ -14,7 +15,7 @@ pub(super) fn length<'py>(
     q: &Bound<'py, PyAny>,
     t: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let i = actuator_index(robot.description(), name)?;
+    let i = actuator_index(robot.description(), name).or_raise()?;
     let n = robot.description().coordinates();
     let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
     robot.of_states(
@@ -34,7 +35,7 @@ pub(super) fn rate<'py>(
     [q, qd]: [&Bound<'py, PyAny>; 2],
     t: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let i = actuator_index(robot.description(), name)?;
+    let i = actuator_index(robot.description(), name).or_raise()?;
     let mut gradient = vec![0.0; robot.description().coordinates()];
     let states = [Some((q, "q")), Some((qd, "qd")), None];
     robot.of_states(robot.model(), states, At::time(t), "actuator_rate", &[], &mut |model, [q, qd, _]| {
@@ -49,7 +50,7 @@ pub(super) fn gradient<'py>(
     q: &Bound<'py, PyAny>,
     t: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let i = actuator_index(robot.description(), name)?;
+    let i = actuator_index(robot.description(), name).or_raise()?;
     let n = robot.description().coordinates();
     let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
     let states = [Some((q, "q")), None, None];
@@ -67,7 +68,7 @@ pub(super) fn force<'py>(
     qdd: Option<&Bound<'py, PyAny>>,
     at: At<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let i = actuator_index(robot.description(), name)?;
+    let i = actuator_index(robot.description(), name).or_raise()?;
     let actuator = &robot.description().actuators[i];
     let sign = if actuator.pulls() { 1.0 } else { -1.0 };
     let mut gradient = vec![0.0; robot.description().coordinates()];

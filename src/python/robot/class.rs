@@ -11,6 +11,7 @@ use super::super::signal::Functions;
 use crate::description::schema::Part;
 use crate::error::InvalidInput;
 use crate::model::Dynamics as _;
+use crate::python::errors::OrRaise as _;
 use crate::robot::{Robot, RobotModel, described};
 
 /// A robot. What its arguments mean is said by their table, [`described::Robot`].
@@ -42,11 +43,13 @@ impl PyRobot {
     pub(in crate::python) fn initializer(description: Robot) -> PyResult<PyClassInitializer<Self>> {
         Python::attach(|py| {
             let functions = Functions::of_robot(py, &description)?;
-            let (model, kinematics) = py.detach(|| {
-                let model = RobotModel::new(&description)?;
-                let kinematics = Mutex::new(model.clone());
-                Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
-            })?;
+            let (model, kinematics) = py
+                .detach(|| {
+                    let model = RobotModel::new(&description)?;
+                    let kinematics = Mutex::new(model.clone());
+                    Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
+                })
+                .or_raise()?;
             Ok(PyClassInitializer::from(model).add_subclass(Self {
                 description,
                 described: OnceLock::new(),
@@ -77,7 +80,7 @@ impl PyRobot {
         if let Some(model) = self.spatial.get() {
             return Ok(model.clone());
         }
-        let model = RobotModel::spatial(&self.description)?;
+        let model = RobotModel::spatial(&self.description).or_raise()?;
         Ok(self.spatial.get_or_init(|| model).clone())
     }
 }

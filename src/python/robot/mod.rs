@@ -20,6 +20,7 @@ use super::arguments;
 use super::part::{model_of, new_arguments, resolved};
 use super::reach::{PyReachResult, Wishes};
 use super::signal::Functions;
+use crate::python::errors::OrRaise as _;
 use crate::robot::{Kernel, Multiplications, described};
 
 pub(super) use self::class::{PyRobot, describe_class};
@@ -93,7 +94,8 @@ impl PyRobot {
         py: Python<'py>,
         #[pyo3(from_py_with = arguments::text::link)] link: &str,
     ) -> PyResult<Bound<'py, PySlice>> {
-        let range = self.description().coordinates_of(self.description().link_named(Some(link), "link")?);
+        let range =
+            self.description().coordinates_of(self.description().link_named(Some(link), "link").or_raise()?);
         Ok(PySlice::new(py, range.start.cast_signed(), range.end.cast_signed(), 1))
     }
 

@@ -12,6 +12,7 @@ use super::states::{At, POSES_BETWEEN_SIGNALS, flat};
 use crate::description::rod::arc_length::is_on_rod;
 use crate::model::InTime as _;
 use crate::numerics::linalg::Matrix;
+use crate::python::errors::OrRaise as _;
 use crate::robot::{Place, RobotModel};
 
 impl PyRobot {
@@ -55,7 +56,7 @@ impl PyRobot {
         given: Option<&Bound<'_, PyAny>>,
         link: Option<&str>,
     ) -> PyResult<(Vec<Place>, Vec<usize>)> {
-        let index = self.description().link_named(link, "link")?;
+        let index = self.description().link_named(link, "link").or_raise()?;
         let (places, is_number) = self.arc_lengths(given, index)?;
         let links = &self.description().links;
         if links[index].rod.is_empty() {
@@ -75,7 +76,7 @@ impl PyRobot {
 
     /// A place on the link of this name.
     fn place(&self, link: Option<&str>, x: Option<f64>) -> PyResult<Place> {
-        let link = self.description().link_named(link, "link")?;
+        let link = self.description().link_named(link, "link").or_raise()?;
         self.check_place(link, x)?;
         Ok(self.kinematics().place_on(link, x))
     }
@@ -92,7 +93,7 @@ pub(super) fn poses<'py>(
     let py = q.py();
     let n = robot.description().coordinates();
     let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
-    let link = robot.description().link_named(link, "link")?;
+    let link = robot.description().link_named(link, "link").or_raise()?;
     let (places, is_number) = robot.arc_lengths(x, link)?;
     let rows = number_of_states.unwrap_or(1);
     let times = robot.times(t, number_of_states, robot.description().is_moved())?;

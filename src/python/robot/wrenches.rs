@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 
 use super::class::PyRobot;
 use super::states::{At, flat};
+use crate::python::errors::OrRaise as _;
 use crate::robot::Place;
 
 /// Moment and force that a link receives through its joint.
@@ -14,7 +15,7 @@ pub(super) fn joint<'py>(
     link: Option<&str>,
     at: At<'_, 'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let link = robot.description().link_named(link, "link")?;
+    let link = robot.description().link_named(link, "link").or_raise()?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
     robot.of_states(robot.spatial()?, states, at, "joint_wrench", &[6], &mut |model, [q, qd, qdd]| {
         flat(model.joint_wrench(q, qd, qdd, link))

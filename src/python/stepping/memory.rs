@@ -8,6 +8,7 @@ use super::super::model::{PyModel, Stepped};
 use super::super::motion::signals;
 use super::super::simulate::with_python_names;
 use crate::error::{InvalidInput, Number};
+use crate::python::errors::OrRaise as _;
 use crate::simulation::stepping::{Method, Status};
 
 /// Maximum number of steps of a model of one coordinate in a call before other threads may run: about 0.1 ms.
@@ -75,11 +76,11 @@ impl Memory {
     }
 
     fn prepare(model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
-        check_start_time(start.t)?;
+        check_start_time(start.t).or_raise()?;
         let t_span = (start.t, start.t + method.dt());
         let run = model.native().run(t_span, &start.q, &start.v, method);
-        let run = run.map_err(with_python_names)?;
-        run.end_of(None)?;
+        let run = run.map_err(with_python_names).or_raise()?;
+        run.end_of(None).or_raise()?;
         let inputs = run.inputs().to_vec();
         Ok(Self { start, run, inputs, outcome: Outcome::Ready })
     }
@@ -93,7 +94,7 @@ impl Memory {
         }
     }
 
-    /// Advances to the end of this leg: a few steps with the interpreter, the rest without.
+    /// Advances to the end of this interval: a few steps with the interpreter, the rest without.
     pub(super) fn finish(&mut self, py: Python<'_>) -> PyResult<Status> {
         let mut raised = Raised::default();
         let run = &mut *self.run;

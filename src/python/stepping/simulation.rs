@@ -14,10 +14,11 @@ use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
-use super::super::simulate::{Given, MethodOf, method as method_of, needs_damping};
+use super::super::simulate::{GivenOptions, MethodOf, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::integrators::newmark::Parameters;
-use crate::simulation::methods::Way;
+use crate::python::errors::OrRaise as _;
+use crate::simulation::methods::Configuration;
 use crate::simulation::simulate::Method;
 
 /// A simulation that you advance step by step, with inputs.
@@ -168,7 +169,7 @@ impl PySimulation {
         if let Some(adaptive) = adaptive {
             options.set_item("adaptive", adaptive)?;
         }
-        let given = Given {
+        let given = GivenOptions {
             method,
             dt,
             jac: None,
@@ -182,9 +183,9 @@ impl PySimulation {
             predictor: None,
             reuse_jacobian: None,
             needs_damping: model.get().look(needs_damping),
-            tells_steps: false,
+            returns_steps: false,
         };
-        let Way::Method(method) = given.way(n)? else {
+        let Configuration::Method(method) = given.configuration(n)? else {
             return Err(PyValueError::new_err(
                 "method: got \"auto\", expected one that goes step by step: \"auto\" computes whole motions several times",
             ));
@@ -232,14 +233,14 @@ impl PySimulation {
         if let Some(u) = u {
             convert::finite_vector_into(u, &mut memory.inputs, "u")?;
         }
-        let end = memory.run.end_of(duration)?;
+        let end = memory.run.end_of(duration).or_raise()?;
         if u.is_some() {
             memory.run.set_inputs(&memory.inputs);
         }
-        memory.run.set_out(end);
+        memory.run.begin_interval(end);
         memory.outcome = Outcome::Raised;
         let finished = memory.finish(py);
-        memory.run.settle();
+        memory.run.shorten_rotation_vectors();
         let status = finished?;
         memory.outcome = Outcome::Ended(status);
         if status.is_success() {
@@ -405,7 +406,7 @@ impl PySimulation {
         let fresh = py.get_type::<Self>().call((model,), Some(&arguments))?.cast_into::<Self>()?;
         {
             let memory = &mut *fresh.get().memory()?;
-            memory.run.recall(&convert::vector(numbers, "memory")?)?;
+            memory.run.recall(&convert::vector(numbers, "memory")?).or_raise()?;
             memory.inputs.copy_from_slice(memory.run.inputs());
             memory.outcome = match outcome {
                 (status, ..) if status == READY => Outcome::Ready,

@@ -21,6 +21,7 @@ use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start, check_start_
 use super::simulation::PySimulation;
 use crate::error::Interrupted;
 use crate::numerics::parallel;
+use crate::python::errors::OrRaise as _;
 use crate::simulation::simulate::Method;
 
 /// Memory of the smallest row, in numbers: measured as 1.4 kB for a spring pendulum.
@@ -231,7 +232,7 @@ impl PySimulations {
                 |row, is_over| {
                     let go_on = |_| if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) };
                     let outcome = row.run.finish(&mut { go_on });
-                    row.run.settle();
+                    row.run.shorten_rotation_vectors();
                     if let Err(error) = raised_by_function() {
                         of_function.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
                     }
@@ -263,7 +264,8 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
         let Some(count) = count else {
             return Err(PyTypeError::new_err("count: missing, expected the number of rows of one model"));
         };
-        crate::numerics::memory::check(count.saturating_mul(NUMBERS_OF_A_ROW), "count", count, "take fewer")?;
+        crate::numerics::memory::check(count.saturating_mul(NUMBERS_OF_A_ROW), "count", count, "take fewer")
+            .or_raise()?;
         return Ok((0..count).map(|_| model.clone().unbind()).collect());
     }
     let models = each(model)?;
@@ -295,7 +297,7 @@ impl PySimulations {
         #[pyo3(from_py_with = arguments::optional_whole::workers)] workers: Option<i64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        check_start_time(t0)?;
+        check_start_time(t0).or_raise()?;
         let workers = threads(workers)?;
         let models = models_of(model, count)?;
         let (count, first) = (models.len(), models[0].bind(py));
@@ -352,12 +354,13 @@ impl PySimulations {
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let rows = &mut **self.rows()?;
         let u = Vectors::read_optional(u, rows.len(), self.inputs, "u")?;
-        let ends: Vec<f64> = rows.iter().map(|row| row.run.end_of(duration)).collect::<Result<_, _>>()?;
+        let ends: Vec<f64> =
+            rows.iter().map(|row| row.run.end_of(duration)).collect::<Result<_, _>>().or_raise()?;
         for (i, (row, &end)) in rows.iter_mut().zip(&ends).enumerate() {
             if let Some(u) = &u {
                 row.run.set_inputs(u.of(i));
             }
-            row.run.set_out(end);
+            row.run.begin_interval(end);
             row.outcome = Outcome::Raised;
         }
         let dt = self.method.dt();
@@ -365,7 +368,7 @@ impl PySimulations {
         if steps * self.n as f64 <= 2.0 * STEPS_WITH_INTERPRETER as f64 {
             for row in rows.iter_mut() {
                 let finished = row.finish(py);
-                row.run.settle();
+                row.run.shorten_rotation_vectors();
                 row.outcome = Outcome::Ended(finished?);
             }
         } else {
@@ -399,7 +402,7 @@ impl PySimulations {
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t0)] t0: Option<f64>,
     ) -> PyResult<()> {
-        t0.map_or(Ok(()), check_start_time)?;
+        t0.map_or(Ok(()), check_start_time).or_raise()?;
         let chosen = self.chosen(which)?;
         let q0 = Vectors::read_optional(q0, chosen.len(), self.n, "q0")?;
         let v0 = Vectors::read_optional(v0, chosen.len(), self.n, "v0")?;

@@ -98,7 +98,7 @@ impl Integrator {
                 max_step,
                 ..ode::Options::default()
             };
-            Method::FirstOrder { options, dt, tells_steps: false }
+            Method::FirstOrder { options, dt, returns_steps: false }
         } else {
             let options = radau::Options {
                 rtol: (RADAU_RELATIVE * tolerance).into(),
@@ -107,7 +107,7 @@ impl Integrator {
                 max_step,
                 ..radau::Options::default()
             };
-            Method::Radau { options, dt, tells_steps: false }
+            Method::Radau { options, dt, returns_steps: false }
         }
     }
 }

@@ -167,7 +167,7 @@ pub enum Integration {
 
 /// How a motion is computed.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Way {
+pub enum Configuration {
     /// By a method.
     Method(Method),
     /// By any method that reaches the requested accuracy.
@@ -179,23 +179,25 @@ impl Integration {
     ///
     /// # Errors
     /// Options that do not fit.
-    pub fn way(
+    pub fn configuration(
         &self,
         n: usize,
         dt: f64,
         needs_damping: bool,
-        tells_steps: bool,
-    ) -> Result<Way, InvalidInput> {
-        let first_order = |options| Way::Method(Method::FirstOrder { options, dt, tells_steps });
+        returns_steps: bool,
+    ) -> Result<Configuration, InvalidInput> {
+        let first_order = |options| Configuration::Method(Method::FirstOrder { options, dt, returns_steps });
         Ok(match self {
-            Self::Newmark(newmark) => Way::Method(Method::Newmark(newmark.options(dt, needs_damping)?)),
+            Self::Newmark(newmark) => {
+                Configuration::Method(Method::Newmark(newmark.options(dt, needs_damping)?))
+            }
             Self::Radau(radau) => {
                 let options = radau::Options::from(radau.options(ode::Method::Radau, n)?);
-                Way::Method(Method::Radau { options, dt, tells_steps })
+                Configuration::Method(Method::Radau { options, dt, returns_steps })
             }
             Self::Rk45(rk45) => first_order(rk45.options(ode::Method::Rk45, n)?),
             Self::Dop853(dop853) => first_order(dop853.options(ode::Method::Dop853, n)?),
-            Self::Auto(auto) => Way::Accuracy(auto.request(dt)),
+            Self::Auto(auto) => Configuration::Accuracy(auto.request(dt)),
         })
     }
 }

@@ -1,6 +1,6 @@
 //! The equations of a run, linearised at one state with respect to coordinates, velocities and parameters.
 
-use super::{Failure, Leg, Parameter, Together};
+use super::{Failure, Interval, Parameter, Together};
 use crate::model::{ForwardScratch, Model};
 use crate::numerics::linalg::{Matrix, dot};
 
@@ -41,29 +41,29 @@ impl Linearised {
 /// The equations of a run `r(q, v, a, p, t) = 0` with constant inputs.
 pub(super) struct Equations<'a, M: ?Sized> {
     model: &'a mut M,
-    legs: &'a [Leg],
-    /// Index of the leg whose inputs are set.
-    leg: usize,
-    /// Derivative of the forces with respect to inputs, if an input of this leg is a parameter.
+    intervals: &'a [Interval],
+    /// Index of the interval whose inputs are set.
+    interval: usize,
+    /// Derivative of the forces with respect to inputs, if an input of this interval is a parameter.
     of_inputs: Matrix,
     scratch: ForwardScratch,
 }
 
 impl<'a, M: Model + ?Sized> Equations<'a, M> {
-    pub(super) fn new(model: &'a mut M, legs: &'a [Leg]) -> Self {
+    pub(super) fn new(model: &'a mut M, intervals: &'a [Interval]) -> Self {
         Self {
             of_inputs: Matrix::zeros(model.facts().n, model.facts().inputs()),
             scratch: ForwardScratch::of(&*model),
-            leg: 0,
+            interval: 0,
             model,
-            legs,
+            intervals,
         }
     }
 
-    /// Sets the inputs of a leg.
-    pub(super) fn hold<F: Model + ?Sized>(&mut self, leg: usize, parameters: &mut [Parameter<F>]) {
-        self.leg = leg;
-        let Some(Leg { inputs, .. }) = self.legs.get(leg) else { return };
+    /// Sets the inputs of an interval.
+    pub(super) fn hold<F: Model + ?Sized>(&mut self, interval: usize, parameters: &mut [Parameter<F>]) {
+        self.interval = interval;
+        let Some(Interval { inputs, .. }) = self.intervals.get(interval) else { return };
         self.model.set_inputs(inputs);
         for parameter in parameters {
             if let Parameter::Model(force) = parameter {
@@ -101,10 +101,9 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
         Ok(())
     }
 
-    /// Evaluates the derivative with respect to inputs, if an input of this leg is a parameter.
+    /// Evaluates the derivative with respect to inputs, if an input of this interval is a parameter.
     fn differentiate_inputs<F: ?Sized>(&mut self, at: &Linearised, parameters: &[Parameter<F>]) {
-        let is_held =
-            |parameter: &Parameter<F>| matches!(parameter, Parameter::Input { leg, .. } if *leg == self.leg);
+        let is_held = |parameter: &Parameter<F>| matches!(parameter, Parameter::Input { interval, .. } if *interval == self.interval);
         if parameters.iter().any(is_held) {
             self.model.input_tangent(&at.q, &at.v, &at.a, &mut self.of_inputs);
         }
@@ -126,7 +125,7 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
             let column = &mut change.as_mut_slice()[i * n..(i + 1) * n];
             match parameter {
                 Parameter::Model(force) => force.add(-1.0, at.t, [&at.q, &at.v, &at.a], column)?,
-                Parameter::Input { leg, input } if *leg == self.leg => {
+                Parameter::Input { interval, input } if *interval == self.interval => {
                     column.iter_mut().zip(&self.of_inputs.column(*input)).for_each(|(x, b)| *x -= b);
                 }
                 Parameter::Input { .. } | Parameter::Start => {}
@@ -150,7 +149,7 @@ impl<'a, M: Model + ?Sized> Equations<'a, M> {
         for (gradient, parameter) in gradient.iter_mut().zip(parameters) {
             *gradient += match parameter {
                 Parameter::Model(force) => force.along(lambda, at.t, state)?,
-                Parameter::Input { leg, input } if *leg == self.leg => {
+                Parameter::Input { interval, input } if *interval == self.interval => {
                     dot(lambda, self.of_inputs.column(*input).as_slice())
                 }
                 Parameter::Input { .. } | Parameter::Start => 0.0,

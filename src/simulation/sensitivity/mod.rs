@@ -26,7 +26,7 @@
 //!
 //! let a = motion.a.as_ref().expect("implicit methods solve for accelerations");
 //! let rule = Rule::Newmark(options.scheme);
-//! let course = Course { t: &motion.t, q: &motion.q, v: &motion.v, a, rule, legs: &[] };
+//! let course = Course { t: &motion.t, q: &motion.q, v: &motion.v, a, rule, intervals: &[] };
 //! let dq0 = Matrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]);
 //! let mut parameters = Parameters { dq0: &dq0, dv0: &Matrix::zeros(3, 1), of: &mut [Parameter::<RobotModel>::Start] };
 //! let [dq, _] = forward(&mut wire, &course, &mut parameters, &mut || Ok(())).expect("regular tangents");
@@ -60,8 +60,8 @@ type Monitor<'a> = dyn FnMut() -> Result<(), Interrupted> + 'a;
 
 /// Inputs that are constant during a part of a run.
 #[derive(Clone, Debug)]
-pub struct Leg {
-    /// Index of the state at which the leg starts.
+pub struct Interval {
+    /// Index of the state at which the interval starts.
     pub first: usize,
     /// The inputs.
     pub inputs: Vec<f64>,
@@ -85,12 +85,12 @@ pub struct Course<'a> {
     pub q: &'a [f64],
     /// Velocities, m x n.
     pub v: &'a [f64],
-    /// Accelerations, m x n; at the start of a leg, those with the inputs of this leg.
+    /// Accelerations, m x n; at the start of an interval, those with the inputs of this interval.
     pub a: &'a [f64],
     /// Method of the run.
     pub rule: Rule,
     /// Legs in order, the first one from the start; empty if the model's own inputs apply.
-    pub legs: &'a [Leg],
+    pub intervals: &'a [Interval],
 }
 
 impl Course<'_> {
@@ -123,14 +123,14 @@ impl Course<'_> {
         (1..self.t.len()).find(|&step| has_turned(step))
     }
 
-    /// Last leg of the run.
-    fn last_leg(&self) -> usize {
-        self.legs.len().saturating_sub(1)
+    /// Last interval of the run.
+    fn last_interval(&self) -> usize {
+        self.intervals.len().saturating_sub(1)
     }
 
-    /// The leg that starts at this state.
-    fn leg_from(&self, step: usize) -> Option<usize> {
-        self.legs.binary_search_by_key(&step, |leg| leg.first).ok()
+    /// The interval that starts at this state.
+    fn interval_from(&self, step: usize) -> Option<usize> {
+        self.intervals.binary_search_by_key(&step, |interval| interval.first).ok()
     }
 }
 
@@ -141,10 +141,10 @@ pub enum Parameter<M: ?Sized> {
     Start,
     /// A parameter of the model, by the derivative of the generalised forces.
     Model(Box<ForceDerivative<M>>),
-    /// An input during a leg.
+    /// An input during an interval.
     Input {
-        /// Index of the leg.
-        leg: usize,
+        /// Index of the interval.
+        interval: usize,
         /// Index of the input.
         input: usize,
     },

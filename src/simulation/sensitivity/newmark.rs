@@ -6,7 +6,7 @@ use crate::integrators::newmark::{Scheme, Step};
 use crate::model::Model;
 use crate::numerics::linalg::{Lu, Matrix, Singular};
 
-/// Weights of a state whose accelerations follow from forward dynamics: the start of the run or of a leg.
+/// Weights of a state whose accelerations follow from forward dynamics: the start of the run or of an interval.
 const SOLVED: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// The matrix `S = w_q K + w_v D + M` of a step.
@@ -20,7 +20,7 @@ struct System<'a, M: ?Sized> {
 impl<'a, M: Model + ?Sized> System<'a, M> {
     fn new(model: &'a mut M, course: &Course<'a>) -> Self {
         let n = model.facts().n;
-        let equations = Equations::new(model, course.legs);
+        let equations = Equations::new(model, course.intervals);
         Self { equations, at: Linearised::new(n), tangent: Matrix::zeros(n, n), lu: Lu::new(n) }
     }
 
@@ -41,8 +41,8 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
     ) -> Result<(), Failure> {
         let (t, state) = course.state(step, self.at.q.len());
         self.at.place(t, state);
-        if course.leg_from(step).is_some() {
-            // The recorded accelerations belong to the next leg.
+        if course.interval_from(step).is_some() {
+            // The recorded accelerations belong to the next interval.
             self.equations.solve(&mut self.at, step)?;
         }
         self.linearise(step, weights, is_transposed)
@@ -123,8 +123,8 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             v[i] = v_base[i] + weights[1] * a[i];
             s[i] += gain * a[i];
         }
-        if let Some(leg) = course.leg_from(step) {
-            system.equations.hold(leg, parameters.of);
+        if let Some(interval) = course.interval_from(step) {
+            system.equations.hold(interval, parameters.of);
             system.begin(course, step, false)?;
             before.copy_from(&a);
             system.accelerations([&q, &v], parameters, &mut a)?;
@@ -153,22 +153,22 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; n];
-    system.equations.hold(course.last_leg(), parameters.of);
+    system.equations.hold(course.last_interval(), parameters.of);
     for step in (0..course.t.len()).rev() {
         for i in 0..n {
             on_q[i] += weights[0][step * n + i];
             on_v[i] += weights[1][step * n + i];
         }
-        let begins = if step == 0 { Some(0) } else { course.leg_from(step) };
-        if let Some(leg) = begins {
+        let begins = if step == 0 { Some(0) } else { course.interval_from(step) };
+        if let Some(interval) = begins {
             system.begin(course, step, true)?;
             for i in 0..n {
                 lambda[i] = -(on_a[i] + on_s[i]);
                 on_a[i] = -on_s[i];
             }
             system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
-            if leg > 0 {
-                system.equations.hold(leg - 1, parameters.of);
+            if interval > 0 {
+                system.equations.hold(interval - 1, parameters.of);
             }
         }
         if step > 0 {

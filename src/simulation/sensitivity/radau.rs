@@ -49,7 +49,7 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
             block: Matrix::zeros(n, n),
             matrix: Matrix::zeros(STAGES * n, STAGES * n),
             lu: Lu::new(STAGES * n),
-            equations: Equations::new(model, course.legs),
+            equations: Equations::new(model, course.intervals),
         }
     }
 
@@ -158,8 +158,8 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             q.zip_apply(&da, |q, da| *q += h * h * A_SQUARED[STAGES - 1][j] * da);
             v.zip_apply(&da, |v, da| *v += h * A[STAGES - 1][j] * da);
         }
-        if let Some(leg) = course.leg_from(step) {
-            stages.equations.hold(leg, parameters.of);
+        if let Some(interval) = course.interval_from(step) {
+            stages.equations.hold(interval, parameters.of);
         }
         monitor()?;
         kept.add([&q, &v]);
@@ -183,7 +183,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     let [mut on_q, mut on_v] = [0; 2].map(|_| vec![0.0; n]);
     let [mut from_q, mut from_v] = [0; 2].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; STAGES * n];
-    stages.equations.hold(course.last_leg(), parameters.of);
+    stages.equations.hold(course.last_interval(), parameters.of);
     for step in (0..course.t.len()).rev() {
         for i in 0..n {
             on_q[i] += weights[0][step * n + i];
@@ -192,8 +192,8 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
         if step == 0 {
             break;
         }
-        if let Some(leg) = course.leg_from(step) {
-            stages.equations.hold(leg - 1, parameters.of);
+        if let Some(interval) = course.interval_from(step) {
+            stages.equations.hold(interval - 1, parameters.of);
         }
         let h = course.t[step] - course.t[step - 1];
         stages.find(course, step)?;

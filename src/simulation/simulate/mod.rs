@@ -15,15 +15,15 @@
 //! ```
 
 mod control;
-mod course;
 mod recorder;
+mod runner;
 mod slackness;
 mod watch;
 
 use std::time::Instant;
 
-use self::course::Course;
 use self::recorder::Recorder;
+use self::runner::Runner;
 
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
@@ -140,8 +140,8 @@ pub fn simulate<M: Model>(
     t_eval: Option<&[f64]>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
-    let order = Order { t_span, q0, v0, method, t_eval };
-    order.run(model, None, monitor)
+    let arguments = Arguments { t_span, q0, v0, method, t_eval };
+    arguments.run(model, None, monitor)
 }
 
 /// Like [`simulate`], with inputs set by `control`. Steps end at the times of the controller: a method with
@@ -158,12 +158,12 @@ pub fn simulate_controlled<M: Model>(
     control: Control<'_>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
-    let order = Order { t_span, q0, v0, method, t_eval };
-    order.run(model, Some(control), monitor)
+    let arguments = Arguments { t_span, q0, v0, method, t_eval };
+    arguments.run(model, Some(control), monitor)
 }
 
 /// Arguments of a run.
-struct Order<'a> {
+struct Arguments<'a> {
     t_span: (f64, f64),
     q0: &'a [f64],
     v0: &'a [f64],
@@ -179,7 +179,7 @@ struct Prepared<M> {
     points: usize,
 }
 
-impl Order<'_> {
+impl Arguments<'_> {
     /// Rejects invalid arguments before any evaluation of a motion.
     fn prepare<M: Model>(&self, model: M, control_step: Option<f64>) -> Result<Prepared<M>, InvalidInput> {
         let &Self { t_span, q0, v0, method, t_eval } = self;
@@ -190,7 +190,7 @@ impl Order<'_> {
         }
         let times = match (t_eval, method) {
             (Some(times), _) => Some(times.to_vec()),
-            (None, method) if method.tells_steps() => None,
+            (None, method) if method.returns_steps() => None,
             (None, _) => Some(grid(n, t_span, method.dt())?),
         };
         if let Some(times) = &times {
@@ -207,13 +207,13 @@ impl Order<'_> {
             limit_steps(&mut method, n);
         }
         check_span(model.facts().time_span, t_span)?;
-        let first_leg = match control_step {
-            // The first step of an adaptive method depends on the length of the first leg; choose it as in a
+        let first_interval = match control_step {
+            // The first step of an adaptive method depends on the length of the first interval; choose it as in a
             // run stepped from outside.
             Some(_) => (t_span.0, t_span.1.min(t_span.0 + method.dt())),
             None => t_span,
         };
-        let run = Run::new(model, first_leg, q0, v0, &method)?;
+        let run = Run::new(model, first_interval, q0, v0, &method)?;
         Ok(Prepared { run, method, times, points })
     }
 
@@ -228,9 +228,9 @@ impl Order<'_> {
         let Prepared { run, method, times, points } = self.prepare(model, control_step)?;
         let Self { t_span, q0, .. } = self;
         let recorder = Recorder::new(&run, points, times.as_deref());
-        let mut course = Course::new(run, recorder, t_span, control);
-        let status = course.finish(&method, times.as_deref(), monitor);
-        let mut simulation = Simulation::of(course, status, q0);
+        let mut runner = Runner::new(run, recorder, t_span, control);
+        let status = runner.finish(&method, times.as_deref(), monitor);
+        let mut simulation = Simulation::of(runner, status, q0);
         simulation.statistics.wall_time = start.elapsed().as_secs_f64();
         Ok(simulation)
     }
@@ -246,8 +246,8 @@ pub fn check<M: Model>(
     t_eval: Option<&[f64]>,
     control_step: Option<f64>,
 ) -> Result<(), InvalidInput> {
-    let order = Order { t_span, q0, v0, method, t_eval };
-    order.prepare(model, control_step).map(|_| ())
+    let arguments = Arguments { t_span, q0, v0, method, t_eval };
+    arguments.prepare(model, control_step).map(|_| ())
 }
 
 /// Times of the result of a complete run of a model with `n` coordinates, with inputs set every
@@ -267,23 +267,23 @@ pub fn times_of_run(
     if let Some(times) = t_eval {
         return Ok(Some(times.to_vec()));
     }
-    if !method.tells_steps() {
+    if !method.returns_steps() {
         return grid(n, t_span, method.dt()).map(Some);
     }
     let (Some(dt), (mut t, t_end)) = (method.fixed_step(), t_span) else { return Ok(None) };
-    let legs = control_step.map_or(1, |step| number_of_steps(t_end - t, step).max(1));
+    let intervals = control_step.map_or(1, |step| number_of_steps(t_end - t, step).max(1));
     let mut times = vec![t];
-    // Grids of the integrator and of the ends of legs, as in `Run::end_of`.
+    // Grids of the integrator and of the ends of intervals, as in `Run::end_of`.
     let (mut steps, mut ends) = (Grid::new(t, dt), Grid::new(t, dt));
-    for leg in 1..=legs {
+    for interval in 1..=intervals {
         let (end, last) = match control_step {
             Some(step) => {
                 ends = ends.at(t).unwrap_or_else(|| Grid::new(t, dt));
                 let whole = number_of_steps(step, dt);
                 let end = if is_whole(step, whole, dt) { ends.after(whole) } else { t + step };
                 let end = Cell { start: end - dt, t: end - dt, end }.end_at_corner(corner);
-                let end = if leg == legs { t_end } else { end };
-                (end, steps.set_out(t, end, dt))
+                let end = if interval == intervals { t_end } else { end };
+                (end, steps.begin_interval(t, end, dt))
             }
             None => (t_end, number_of_steps(t_end - t, dt)),
         };
@@ -341,8 +341,8 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 
 impl Simulation {
     /// Final state and records of a run.
-    fn of<M: Model>(course: Course<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
-        let Course { mut run, recorder, meter, watch, stop, .. } = course;
+    fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
+        let Runner { mut run, recorder, meter, watch, stop, .. } = runner;
         let Recorder { t, q, v, a, u, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);

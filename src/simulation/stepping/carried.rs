@@ -117,7 +117,7 @@ impl Carried {
     }
 
     /// What goes on from step to step.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.t);
         for Follower { motion, off, lowest, highest, worst } in &mut self.followers {
             tape.numbers(motion);

@@ -30,7 +30,7 @@ const MOST_CORRECTIONS: usize = 8;
 /// is too long for the prescribed length.
 const ASTRAY: f64 = 1e-3;
 
-/// [`MOST_QUICK`] changes in a row, each within this part of the leg after the one before, are chattering.
+/// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, are chattering.
 const QUICK: f64 = 1e-6;
 const MOST_QUICK: usize = 100;
 
@@ -61,7 +61,7 @@ pub(super) enum Verdict {
 /// The changes of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Changes {
-    /// Start and end of the leg.
+    /// Start and end of the interval.
     pub(super) t_span: (f64, f64),
     pub(super) has_begun: bool,
     /// Set if the active set changes at the current state; the constraint inside, if any, is released.
@@ -143,8 +143,8 @@ impl Changes {
         Ok(Look::new(t, values, held, passed, &sizes[first..]))
     }
 
-    /// Data that persist from leg to leg.
-    pub(super) fn carry(&mut self, model: &mut dyn Static, tape: &mut Tape<'_>) {
+    /// Data that persist from interval to interval.
+    pub(super) fn serialise(&mut self, model: &mut dyn Static, tape: &mut Tape<'_>) {
         tape.flag(&mut self.has_begun);
         let number = |which: Option<usize>| which.map_or(0, |which| which + 1);
         let mut due = self.due.map(number);
@@ -164,7 +164,7 @@ impl Changes {
     }
 }
 
-/// Judges a step between two times of a leg that ends at `t_end`. `planned` is the event at which the step was
+/// Judges a step between two times of an interval that ends at `t_end`. `planned` is the event at which the step was
 /// planned to end, with the number of corrections made so far.
 pub(super) fn judge(
     [t_old, t]: [f64; 2],

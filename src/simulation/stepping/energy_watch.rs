@@ -226,7 +226,7 @@ impl EnergyWatch {
     }
 
     /// What goes on from step to step.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         let Self { supplied, start, gain, loss, lowest, rise, during, largest, of_all, began, .. } = self;
         let Energy { kinetic, elastic, gravitational, loads } = largest;
         let pairs = [loss, lowest, during].into_iter().flat_map(|(a, b)| [a, b]);

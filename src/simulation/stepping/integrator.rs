@@ -149,20 +149,20 @@ impl<M: Model> Integrator<M> {
     }
 
     /// Goes on to a later end, whatever the status was.
-    pub(super) fn go_on(&mut self, t_end: f64) {
+    pub(super) fn extend_to(&mut self, t_end: f64) {
         match self {
-            Self::Newmark { stepper, .. } => stepper.go_on(t_end),
-            Self::Radau { stepper, .. } => stepper.go_on(t_end),
-            Self::FirstOrder { stepper, .. } => stepper.go_on(t_end),
+            Self::Newmark { stepper, .. } => stepper.extend_to(t_end),
+            Self::Radau { stepper, .. } => stepper.extend_to(t_end),
+            Self::FirstOrder { stepper, .. } => stepper.extend_to(t_end),
         }
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    pub(super) fn settle(&mut self) {
+    pub(super) fn shorten_rotation_vectors(&mut self) {
         match self {
-            Self::Newmark { model, stepper } => stepper.settle(model),
-            Self::Radau { model, stepper } => stepper.settle(model),
-            Self::FirstOrder { system, stepper, .. } => stepper.settle(&mut **system),
+            Self::Newmark { model, stepper } => stepper.shorten_rotation_vectors(model),
+            Self::Radau { model, stepper } => stepper.shorten_rotation_vectors(model),
+            Self::FirstOrder { system, stepper, .. } => stepper.shorten_rotation_vectors(&mut **system),
         }
     }
 
@@ -366,11 +366,11 @@ impl<M: Model> Integrator<M> {
     }
 
     /// What goes on from step to step.
-    pub(super) fn carry(&mut self, tape: &mut Tape<'_>) {
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         match self {
-            Self::Newmark { model, stepper } => stepper.carry(model, tape),
-            Self::Radau { model, stepper } => stepper.carry(model, tape),
-            Self::FirstOrder { stepper, .. } => stepper.carry(tape),
+            Self::Newmark { model, stepper } => stepper.serialise(model, tape),
+            Self::Radau { model, stepper } => stepper.serialise(model, tape),
+            Self::FirstOrder { stepper, .. } => stepper.serialise(tape),
         }
     }
 }

@@ -18,7 +18,7 @@ pub enum Method {
         /// Interval of the output times if none are given.
         dt: f64,
         /// Whether results contain all accepted steps instead.
-        tells_steps: bool,
+        returns_steps: bool,
     },
     /// A first-order method, with forward dynamics.
     FirstOrder {
@@ -27,7 +27,7 @@ pub enum Method {
         /// Interval of the output times if none are given.
         dt: f64,
         /// Whether results contain all accepted steps instead.
-        tells_steps: bool,
+        returns_steps: bool,
     },
 }
 
@@ -41,10 +41,10 @@ impl Method {
     }
 
     /// Whether results contain all steps if no times are given.
-    pub(crate) fn tells_steps(&self) -> bool {
+    pub(crate) fn returns_steps(&self) -> bool {
         match self {
             Self::Newmark(_) => true,
-            Self::Radau { tells_steps, .. } | Self::FirstOrder { tells_steps, .. } => *tells_steps,
+            Self::Radau { returns_steps, .. } | Self::FirstOrder { returns_steps, .. } => *returns_steps,
         }
     }
 

@@ -10,7 +10,7 @@
 //! let mut run = Run::new(pendulum, (0.0, 1e-3), &[-0.7, 0.5], &[0.0, 0.0], &method)?;
 //! for _ in 0..1000 {
 //!     let end = run.end_of(None)?;
-//!     run.set_out(end);
+//!     run.begin_interval(end);
 //!     let status = run.finish(&mut |_| Ok(())).expect("nothing interrupts it");
 //!     assert!(status.is_success(), "{}", run.explain(status));
 //! }

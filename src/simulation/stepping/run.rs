@@ -19,15 +19,15 @@ use crate::model::{Energy, ForwardScratch, Model, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
 
-/// A step of this part of the leg is not shortened further if a taut tendon misses its length: the length jumps.
+/// A step of this part of the interval is not shortened further if a taut tendon misses its length: the length jumps.
 const SHORTEST: f64 = 1e-9;
 
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
 /// state out. It has a model of its own. All its memory is there after [`Self::begin`].
 ///
-/// The part of a run from one call of [`Self::set_out`] to its end time is a leg. Methods with adaptive steps
-/// end a step there; fixed steps divide the leg into equal steps of size `dt`, or shorter if `dt` does not
-/// divide the leg. Runs over the same legs agree bit for bit.
+/// The part of a run from one call of [`Self::begin_interval`] to its end time is an interval. Methods with adaptive steps
+/// end a step there; fixed steps divide the interval into equal steps of size `dt`, or shorter if `dt` does not
+/// divide the interval. Runs over the same intervals agree bit for bit.
 #[derive(Clone, Debug)]
 pub struct Run<M> {
     integrator: Integrator<M>,
@@ -61,7 +61,7 @@ pub struct Run<M> {
 }
 
 impl<M: Model> Run<M> {
-    /// Creates a run of `model` from `q0`, `v0`, whose first leg is `t_span`. Evaluates no motion.
+    /// Creates a run of `model` from `q0`, `v0`, whose first interval is `t_span`. Evaluates no motion.
     ///
     /// Fails if an argument is invalid, or if the model does not resolve `q0`.
     pub fn new(
@@ -118,8 +118,8 @@ impl<M: Model> Run<M> {
         })
     }
 
-    /// End of a leg of this duration from now; default: `dt`. Whole multiples of `dt` end at the same time as
-    /// that number of single legs, and at corners of prescribed motions there, but for rounding.
+    /// End of an interval of this duration from now; default: `dt`. Whole multiples of `dt` end at the same time as
+    /// that number of single intervals, and at corners of prescribed motions there, but for rounding.
     ///
     /// Fails if this is not a later time, or if the model is not defined there.
     pub fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
@@ -146,14 +146,14 @@ impl<M: Model> Run<M> {
         Ok(end)
     }
 
-    /// Begins a leg that ends at this time, which must be later than the current one.
-    pub fn set_out(&mut self, t_end: f64) {
+    /// Begins an interval that ends at this time, which must be later than the current one.
+    pub fn begin_interval(&mut self, t_end: f64) {
         self.grid = self.grid_now();
         self.stop = None;
         if let Some(changes) = &mut self.changes {
             changes.t_span = (self.integrator.t(), t_end);
         }
-        self.integrator.go_on(t_end);
+        self.integrator.extend_to(t_end);
     }
 
     /// End times of single steps from now on.
@@ -228,15 +228,15 @@ impl<M: Model> Run<M> {
         Ok(Some(self.integrator.no_acceleration(failure)))
     }
 
-    /// Makes one accepted step of this leg. Returns `Some(status)` if the leg has ended: its end was reached,
+    /// Makes one accepted step of this interval. Returns `Some(status)` if the interval has ended: its end was reached,
     /// or no step could be made, which leaves the state unchanged. After an interruption the state is that of
     /// the last accepted step, and the step can be repeated.
     ///
-    /// A step to an invalid shape is made, and ends the leg. Where inextensible tendons become taut or slack, the
+    /// A step to an invalid shape is made, and ends the interval. Where inextensible tendons become taut or slack, the
     /// change is made instead of a step; so are jumps of velocities where prescribed velocities jump.
     ///
     /// # Panics
-    /// If the leg had already ended.
+    /// If the interval had already ended.
     pub fn step(&mut self) -> Result<Option<Status>, Interrupted> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
@@ -396,7 +396,7 @@ impl<M: Model> Run<M> {
                 }
                 Verdict::EndAt(event) => {
                     integrator.take_back();
-                    integrator.go_on(event.t);
+                    integrator.extend_to(event.t);
                     (planned, corrections) = (Some(event), corrections + 1);
                     continue;
                 }
@@ -406,7 +406,7 @@ impl<M: Model> Run<M> {
                     if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
                         return Ok(self.unsettled(Unsettled::Passed(by)));
                     }
-                    integrator.go_on(middle);
+                    integrator.extend_to(middle);
                     planned = None;
                     continue;
                 }
@@ -414,12 +414,12 @@ impl<M: Model> Run<M> {
             if times[1] == t_end {
                 return Ok(status);
             }
-            integrator.go_on(t_end);
+            integrator.extend_to(t_end);
             return Ok(None);
         }
     }
 
-    /// Ends the leg before its first step where the mass is singular. Factors of such a matrix may exist by rounding, and the
+    /// Ends the interval before its first step where the mass is singular. Factors of such a matrix may exist by rounding, and the
     /// accelerations from these mean nothing, however large. With constraints all methods factorise it themselves.
     fn find_mass(&mut self) -> Result<Option<Status>, Interrupted> {
         let Self { integrator, jumped, scratch, .. } = self;
@@ -467,7 +467,7 @@ impl<M: Model> Run<M> {
         };
         let t = self.integrator.t();
         let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
-        self.integrator.go_on(changes.t_span.1);
+        self.integrator.extend_to(changes.t_span.1);
         self.integrator.restart([&changed.q, &changed.v, &changed.a])?;
         if changes.count(t, changed.flow) {
             return Ok(None);
@@ -475,7 +475,7 @@ impl<M: Model> Run<M> {
         Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
     }
 
-    /// Ends the leg if no active set was found; `None` if the mass is singular.
+    /// Ends the interval if no active set was found; `None` if the mass is singular.
     fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
         let t = self.t();
         let stop = match why {
@@ -498,19 +498,19 @@ impl<M: Model> Run<M> {
     }
 
     /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
-    pub fn settle(&mut self) {
-        self.integrator.settle();
+    pub fn shorten_rotation_vectors(&mut self) {
+        self.integrator.shorten_rotation_vectors();
     }
 
-    /// Makes steps to the end of this leg, [settles](Self::settle), and returns the status. `monitor` is
-    /// called with the time after every step and may interrupt the leg.
+    /// Makes steps to the end of this interval, [shortens rotation vectors](Self::shorten_rotation_vectors), and returns the status. `monitor` is
+    /// called with the time after every step and may interrupt the interval.
     pub fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
         loop {
             if let Some(status) = self.watched_step()? {
-                self.settle();
+                self.shorten_rotation_vectors();
                 return Ok(status);
             }
             monitor(self.t())?;
@@ -532,7 +532,7 @@ impl<M: Model> Run<M> {
         self.integrator.state().1[1]
     }
 
-    /// Current accelerations; at the end of a leg, with the inputs of this leg until the next one begins.
+    /// Current accelerations; at the end of an interval, with the inputs of this interval until the next one begins.
     pub fn a(&self) -> &[f64] {
         self.integrator.state().1[2]
     }
@@ -631,10 +631,10 @@ impl<M: Model> Run<M> {
         self.integrator.steps()
     }
 
-    /// All data that persist from leg to leg, as numbers.
+    /// All data that persist from interval to interval, as numbers.
     pub fn memory(&mut self) -> Vec<f64> {
         let mut numbers = Vec::new();
-        self.carry(&mut Tape::writing(&mut numbers));
+        self.serialise(&mut Tape::writing(&mut numbers));
         numbers
     }
 
@@ -644,7 +644,7 @@ impl<M: Model> Run<M> {
     /// Fails for an invalid memory; this run is then invalid.
     pub fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
         let mut tape = Tape::reading(memory);
-        self.carry(&mut tape);
+        self.serialise(&mut tape);
         let is_right = tape.is_right() && self.t().is_finite();
         let (t, steps) = (self.t(), self.steps());
         let model = self.integrator.model();
@@ -660,20 +660,20 @@ impl<M: Model> Run<M> {
         Err(InvalidInput::new("memory", found, "those of a run of the same model by the same method"))
     }
 
-    fn carry(&mut self, tape: &mut Tape<'_>) {
+    fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.inputs);
         tape.flag(&mut self.inputs_have_jumped);
         tape.optional(&mut self.jumped_at, 0.0, Tape::number);
-        self.grid.carry(tape);
-        self.integrator.carry(tape);
+        self.grid.serialise(tape);
+        self.integrator.serialise(tape);
         self.has_mass |= self.integrator.steps() > 0;
-        self.carry_watch(tape);
+        self.serialise_watch(tape);
         if let Some(changes) = &mut self.changes {
-            changes.carry(self.integrator.model(), tape);
+            changes.serialise(self.integrator.model(), tape);
         }
     }
 
-    fn carry_watch(&mut self, tape: &mut Tape<'_>) {
+    fn serialise_watch(&mut self, tape: &mut Tape<'_>) {
         let mut has = [self.energy.is_some(), self.supply.is_some(), self.carried.is_some()];
         tape.flag(&mut self.is_watched);
         has.iter_mut().for_each(|flag| tape.flag(flag));
@@ -687,8 +687,8 @@ impl<M: Model> Run<M> {
             };
             self.carried = if has[2] { self.follow() } else { None };
         }
-        self.energy.iter_mut().for_each(|energy| energy.carry(tape));
-        self.supply.iter_mut().for_each(|supply| supply.carry(tape));
-        self.carried.iter_mut().for_each(|carried| carried.carry(tape));
+        self.energy.iter_mut().for_each(|energy| energy.serialise(tape));
+        self.supply.iter_mut().for_each(|supply| supply.serialise(tape));
+        self.carried.iter_mut().for_each(|carried| carried.serialise(tape));
     }
 }

@@ -256,7 +256,7 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// What goes on from one solve to the next: the kept Jacobian and what is known of it.
-    pub(super) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    pub(super) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         let blank = Kept { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
         tape.optional(&mut self.kept, blank, |tape, kept| {
             tape.numbers(&mut kept.weights);
@@ -268,12 +268,12 @@ impl<V: Numbers> Corrector<V> {
             self.prepare(system);
         }
         if self.kept.is_some() {
-            self.linear.carry(tape);
+            self.linear.serialise(tape);
             if tape.reads() && self.linear.factorise().is_err() {
                 self.kept = None;
             }
         }
-        self.contraction.carry(tape);
+        self.contraction.serialise(tape);
         tape.number(&mut self.first_size);
         for values in [&mut self.q_jacobian, &mut self.v_jacobian, &mut self.last_first] {
             tape.numbers(values);

@@ -86,14 +86,14 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    pub(crate) fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
-        of_kind!(&mut self.0, stepper => stepper.settle(system));
+    pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
+        of_kind!(&mut self.0, stepper => stepper.shorten_rotation_vectors(system));
     }
 
     /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
     /// where that divides the way.
-    pub(crate) fn go_on(&mut self, t_end: f64) {
-        of_kind!(&mut self.0, stepper => stepper.go_on(t_end));
+    pub(crate) fn extend_to(&mut self, t_end: f64) {
+        of_kind!(&mut self.0, stepper => stepper.extend_to(t_end));
     }
 
     /// Takes these accelerations for the current ones: what acts has jumped.
@@ -107,9 +107,9 @@ impl Stepper {
     }
 
     /// What goes on from step to step.
-    pub(crate) fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         self.suit(system);
-        of_kind!(&mut self.0, stepper => stepper.carry(system, tape));
+        of_kind!(&mut self.0, stepper => stepper.serialise(system, tape));
     }
 
     /// Current time.

@@ -196,7 +196,7 @@ impl<V: Numbers> StepperOf<V> {
             return Ok(self.status);
         }
         if self.t < self.t_end {
-            self.settle(system);
+            self.shorten_rotation_vectors(system);
         }
         self.status = if self.t == self.t_end {
             Some(Status::Finished)
@@ -214,7 +214,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    fn settle<S: System + ?Sized>(&mut self, system: &mut S) {
+    fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
         if rotation_vectors::wrap(&system.facts().rotation_vectors, q, v, &mut [a, s]) {
             // What belongs to the old coordinates.
@@ -225,10 +225,10 @@ impl<V: Numbers> StepperOf<V> {
 
     /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
     /// where that divides the way.
-    fn go_on(&mut self, t_end: f64) {
+    fn extend_to(&mut self, t_end: f64) {
         (self.status, self.t_end) = (None, t_end);
         if self.error_estimate.is_none() {
-            self.fixed_steps = self.grid.set_out(self.t, t_end, self.options.dt);
+            self.fixed_steps = self.grid.begin_interval(self.t, t_end, self.options.dt);
         }
     }
 
@@ -258,7 +258,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// What goes on from step to step.
-    fn carry<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }
@@ -273,12 +273,12 @@ impl<V: Numbers> StepperOf<V> {
         let mut guess = guesses.iter().position(|&guess| guess == self.guess).unwrap_or_default();
         tape.below(guesses.len(), &mut guess);
         self.guess = guesses[guess];
-        self.grid.carry(tape);
-        self.counters.carry(tape);
-        self.unilateral.carry(tape);
+        self.grid.serialise(tape);
+        self.counters.serialise(tape);
+        self.unilateral.serialise(tape);
         tape.count(&mut self.rank);
         tape.flag(&mut self.started);
-        self.corrector.carry(system, tape);
+        self.corrector.serialise(system, tape);
     }
 
     /// Current accelerations, which satisfy the equations of motion.

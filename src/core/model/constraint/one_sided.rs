@@ -1,0 +1,233 @@
+//! One-sided constraints, `g <= 0` with non-negative multipliers: inextensible tendons. The active set is
+//! found iteratively: a constraint that would have to push is released, a violated one is activated.
+
+use super::projection;
+use super::saddle::{self, MassSaddle};
+use crate::model::{SingularMass, Static, Switch};
+
+/// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
+/// part of the length of what it joins ([`gap_sizes`](crate::model::Facts::gap_sizes)): more than the error of a method, less than
+/// anyone notices. For the rates of lengths, the same per second.
+pub const TAUT: f64 = 1e-7;
+
+/// A slack tendon becomes taut once it is longer than its length by this part: well above rounding.
+pub const TAKEN_UP: f64 = 1e-10;
+
+/// At a change, a tendon that shortens by more than this part in a second is slack. Rounding of velocities that
+/// satisfy the constraints is smaller.
+pub const LEAVES: f64 = 1e-9;
+
+/// A tendon that is shorter by less than this part may be taut at a change, and one that would be taut again
+/// before it is shorter by more stays taut. Well above [`TAKEN_UP`].
+const SHOWS: f64 = 10.0 * TAKEN_UP;
+
+/// Switches that are tried for every constraint until it is clear which of them hold.
+const SWITCHES: usize = 4;
+
+/// How many switches are tried.
+pub fn most_switches(constraints: usize) -> usize {
+    SWITCHES * (constraints + 1)
+}
+
+/// Accelerations and multipliers ([`saddle::accelerations`]) of those that hold in a state. Allocates.
+pub fn accelerations<M: Static + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    v: &[f64],
+    a: &mut [f64],
+    multipliers: &mut [f64],
+) -> Result<(), SingularMass> {
+    model.release_open(q, Some(v));
+    until_settled(model, q, multipliers, |model, multipliers| {
+        saddle::accelerations(model, q, v, a, multipliers)
+    })
+}
+
+/// What holds the constraints in a motion ([`saddle::multipliers`]). Allocates.
+pub fn multipliers<M: Static + ?Sized>(
+    model: &mut M,
+    state: [&[f64]; 3],
+    multipliers: &mut [f64],
+) -> Result<(), SingularMass> {
+    let [q, ..] = state;
+    model.release_open(q, None);
+    until_settled(model, q, multipliers, |model, multipliers| saddle::multipliers(model, state, multipliers))
+}
+
+/// Finds multipliers until it is clear which constraints hold in a shape.
+fn until_settled<M: Static + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    multipliers: &mut [f64],
+    mut find: impl FnMut(&mut M, &mut [f64]) -> Result<(), SingularMass>,
+) -> Result<(), SingularMass> {
+    find(model, multipliers)?;
+    for _ in 0..most_switches(multipliers.len()) {
+        if !model.facts().is_one_sided || model.switch(q, multipliers) == Switch::Nothing {
+            break;
+        }
+        find(model, multipliers)?;
+    }
+    Ok(())
+}
+
+/// Why no consistent set of active constraints was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Unsettled {
+    /// A constraint is violated by this much, in metres, which is more than an error.
+    Passed(f64),
+    /// No accelerations follow from the forces.
+    SingularMass,
+    /// With every set tried, a constraint pushes or is violated.
+    Undecided,
+}
+
+impl From<SingularMass> for Unsettled {
+    fn from(_: SingularMass) -> Self {
+        Self::SingularMass
+    }
+}
+
+/// The state after a change of the active constraints.
+#[derive(Clone, Debug)]
+pub struct Changed {
+    /// Coordinates.
+    pub q: Vec<f64>,
+    /// Velocities.
+    pub v: Vec<f64>,
+    /// Accelerations, and multipliers behind them.
+    pub a: Vec<f64>,
+    /// Energy lost, and work of the drives of the constraints, in joules.
+    pub flow: [f64; 2],
+}
+
+/// Finds the constraints that are active from this state on, and keeps them
+/// ([`keep_held`](crate::model::OneSided::keep_held)). Constraints that are reached at a speed stop the motion by
+/// impulses without rebound. `released` is a constraint that is no longer active. Allocates.
+pub fn change(
+    model: &mut dyn Static,
+    [q, v]: [&[f64]; 2],
+    released: Option<usize>,
+) -> Result<Changed, Unsettled> {
+    model.keep_held(false);
+    let (n, m) = (q.len(), model.facts().constraints());
+    let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
+    let passed = model.passed(&q, &v);
+    let first = m - passed.len();
+    let sizes = model.facts().gap_sizes[first..].to_vec();
+    let farthest = passed.iter().zip(&sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
+    if let Some(([by, _], size)) = farthest.filter(|([by, _], _)| *by > TAUT) {
+        return Err(Unsettled::Passed(by * size));
+    }
+    let is_near = |i: usize| passed[i][0] >= -SHOWS && released != Some(i);
+    let mut may_hold = vec![1.0; m];
+    for (i, may_hold) in may_hold[first..].iter_mut().enumerate() {
+        *may_hold = if is_near(i) { 1.0 } else { 0.0 };
+    }
+    let (mut lost, before) = (0.0, model.energy(&q, &v).kinetic);
+    if (0..passed.len()).any(|i| is_near(i) && passed[i][1] > LEAVES) {
+        (v, lost) = impulses(model, [&q, &v], &may_hold, first)?;
+    }
+    let near = may_hold.clone();
+    let rates: Vec<f64> = model.passed(&q, &v).into_iter().map(|[_, rate]| rate).collect();
+    for (rate, may_hold) in rates.iter().zip(&mut may_hold[first..]) {
+        *may_hold = if *rate < -LEAVES { 0.0 } else { *may_hold };
+    }
+    let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
+    // What would be back before anything shows stays: else it would leave and be back ever sooner.
+    let mut has_others = false;
+    for ((i, &rate), size) in (first..m).zip(&rates).zip(sizes) {
+        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / size * SHOWS {
+            (may_hold[i], has_others) = (1.0, true);
+        }
+    }
+    if has_others {
+        model.release(&may_hold);
+        lost += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+        accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
+    }
+    projection::close(model, &mut q)?;
+    lost += 0.5 * projection::fit_velocities(model, &q, &mut v)?.change;
+    let work = model.energy(&q, &v).kinetic - before + lost;
+    let (accelerations, multipliers) = a.split_at_mut(n);
+    saddle::accelerations(model, &q, &v, accelerations, multipliers)?;
+    model.keep_held(true);
+    Ok(Changed { q, v, a, flow: [lost, work] })
+}
+
+/// Finds accelerations and multipliers of those that hold, and how fast those rise that are near. They hold from then on.
+fn accelerate(
+    model: &mut dyn Static,
+    [q, v]: [&[f64]; 2],
+    [may_hold, near]: [&[f64]; 2],
+    first: usize,
+    a: &mut [f64],
+) -> Result<Vec<f64>, Unsettled> {
+    let mut found = vec![0.0; near.len()];
+    hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
+        saddle::accelerations(model, q, v, &mut a[..q.len()], multipliers)?;
+        model.release(near);
+        model.gap_accelerations(q, v, &a[..q.len()], rises);
+        found.copy_from_slice(rises);
+        Ok(())
+    })?;
+    Ok(found)
+}
+
+/// Velocities after impulses that stop what is passed at a speed, and the energy that is lost.
+fn impulses(
+    model: &mut dyn Static,
+    [q, v]: [&[f64]; 2],
+    may_hold: &[f64],
+    first: usize,
+) -> Result<(Vec<f64>, f64), Unsettled> {
+    let (mut fitted, mut lost) = (v.to_vec(), 0.0);
+    hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
+        let mut rates = vec![0.0; may_hold.len()];
+        model.gap_rates(q, v, &mut rates);
+        let (step, opposite) = MassSaddle::new(model, q)?.closing(&rates);
+        fitted.iter_mut().zip(v).zip(step).for_each(|((fitted, v), step)| *fitted = v - step);
+        multipliers.iter_mut().zip(&opposite).for_each(|(multiplier, opposite)| *multiplier = -opposite);
+        lost = 0.5 * rates.iter().zip(multipliers).map(|(rate, multiplier)| rate * *multiplier).sum::<f64>();
+        model.release(may_hold);
+        model.gap_rates(q, &fitted, rises);
+        Ok(())
+    })?;
+    Ok((fitted, lost))
+}
+
+/// Multipliers, and how fast what may hold rises, of those that hold.
+type Find<'a> = dyn FnMut(&mut dyn Static, &mut [f64], &mut [f64]) -> Result<(), SingularMass> + 'a;
+
+/// Of constraints that may hold, from `first` on one way only, holds those with which no multiplier is below zero and nothing rises that
+/// does not hold: the first one that does not fit changes sides (Murty 1974, "Note on a Bard-type scheme for solving the
+/// complementarity problem"; it ends for independent constraints).
+fn hold_some(
+    model: &mut dyn Static,
+    may_hold: &[f64],
+    first: usize,
+    find: &mut Find<'_>,
+) -> Result<(), Unsettled> {
+    /// Multipliers and rises that are smaller than the largest ones by that factor are rounding.
+    const ROUNDING: f64 = 1e-12;
+    let m = may_hold.len();
+    let [mut held, mut multipliers, mut rises] = [may_hold.to_vec(), vec![0.0; m], vec![0.0; m]];
+    let mut largest: f64 = 0.0;
+    for _ in 0..most_switches(m) * m.max(1) {
+        model.release(&held);
+        find(model, &mut multipliers, &mut rises)?;
+        let size = |values: &[f64]| values[first..].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        largest = largest.max(size(&rises));
+        let [slightest_pull, slightest_rise] = [size(&multipliers), largest].map(|size| ROUNDING * size);
+        let fits = |i: usize| match held[i] == 0.0 {
+            true => may_hold[i] == 0.0 || rises[i] <= slightest_rise,
+            false => multipliers[i] >= -slightest_pull,
+        };
+        let Some(other) = (first..m).find(|&i| !fits(i)) else {
+            model.release(&held);
+            return Ok(());
+        };
+        held[other] = 1.0 - held[other];
+    }
+    Err(Unsettled::Undecided)
+}

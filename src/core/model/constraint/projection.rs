@@ -1,0 +1,115 @@
+//! Projection of states onto constraints.
+
+use super::saddle::MassSaddle;
+use crate::model::{SingularMass, Static};
+
+/// Gaps below this part of the lengths of what constraints join are rounding.
+const CLOSED: f64 = 1e-13;
+
+/// From here on gaps only fall to rounding.
+const NEAR: f64 = 1e-9;
+
+/// Steps of the projection, which is Gauss and Newton's method: it converges quadratically from nearby.
+const MAX_STEPS: usize = 100;
+
+/// No step moves a coordinate by more than this, in units of its typical size.
+const LONGEST: f64 = 0.3;
+
+/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
+/// with the inverse square of it, and so do their errors.
+const SMALLEST_MARGIN: f64 = 1e-4;
+
+/// Where no step is small enough, constraints are why that are nearer to each other than this angle, or of which one moves so
+/// little beside the others: accelerations are at least ten thousand times those elsewhere.
+const NEARLY_SINGULAR: f64 = 1e-2;
+const NEARLY_IN_LINE: f64 = 1e-4;
+
+fn largest(gaps: &[f64], sizes: &[f64]) -> f64 {
+    let beside = gaps.iter().zip(sizes).map(|(gap, size)| (gap / size).abs());
+    beside.fold(0.0, |largest, gap| if gap <= largest { largest } else { gap })
+}
+
+/// Moves a shape that nearly satisfies its constraints until they hold, by as little kinetic energy as can be. Returns the largest
+/// gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes). Allocates.
+pub fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, SingularMass> {
+    let m = model.facts().constraints();
+    let (sizes, gap_sizes) = (model.facts().typical_coordinates.clone(), model.facts().gap_sizes.clone());
+    let mut gaps = vec![0.0; m];
+    model.gaps(q, &mut gaps);
+    let mut gap = largest(&gaps, &gap_sizes);
+    let mut best = (gap, q.to_vec());
+    for _ in 0..MAX_STEPS {
+        if !(gap > CLOSED && gap.is_finite()) {
+            break;
+        }
+        let (step, _) = MassSaddle::new(model, q)?.closing(&gaps);
+        let longest = step.iter().zip(&sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max);
+        let part = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+        q.iter_mut().zip(&step).for_each(|(q, step)| *q -= part * step);
+        model.gaps(q, &mut gaps);
+        let next = largest(&gaps, &gap_sizes);
+        // Near rounding it no longer falls.
+        let has_ended = part == 1.0 && next > 0.5 * gap && gap < NEAR;
+        gap = next;
+        if gap < best.0 {
+            best = (gap, q.to_vec());
+        }
+        if has_ended {
+            break;
+        }
+    }
+    q.copy_from_slice(&best.1);
+    Ok(best.0)
+}
+
+/// How velocities were fitted to constraints.
+#[derive(Clone, Copy, Debug)]
+pub struct Fit {
+    /// Twice the kinetic energy of the change.
+    pub change: f64,
+    /// Its largest entry, in typical sizes of the coordinates per second.
+    pub largest: f64,
+    /// How many constraints are independent, and how nearly one of them is not: the sine of the smallest angle between one and
+    /// the others, about.
+    pub rank: usize,
+    pub(crate) margin: f64,
+    /// How little the constraint moves that moves least, beside the one that moves most.
+    pub(crate) least_motion: f64,
+}
+
+impl Fit {
+    /// Whether constraints are at a singular position.
+    pub fn is_singular(&self) -> bool {
+        self.margin <= SMALLEST_MARGIN
+    }
+
+    /// Whether constraints are so near to a singular position that no step from there may be small enough.
+    pub fn is_nearly_singular(&self) -> bool {
+        self.margin < NEARLY_SINGULAR || self.least_motion < NEARLY_IN_LINE
+    }
+}
+
+/// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these
+/// would. Allocates.
+pub fn fit_velocities<M: Static + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    v: &mut [f64],
+) -> Result<Fit, SingularMass> {
+    let mut rates = vec![0.0; model.facts().constraints()];
+    model.gap_rates(q, v, &mut rates);
+    let saddle = MassSaddle::new(model, q)?;
+    let (step, multipliers) = saddle.closing(&rates);
+    v.iter_mut().zip(&step).for_each(|(v, step)| *v -= step);
+    // M x = -G^T lambda, and G x are the rates.
+    let change = rates.iter().zip(&multipliers).map(|(rate, multiplier)| -rate * multiplier).sum();
+    let sizes = &model.facts().typical_coordinates;
+    let largest = step.iter().zip(sizes).map(|(step, size)| (step / size).abs()).fold(0.0, f64::max);
+    Ok(Fit {
+        change,
+        largest,
+        rank: saddle.rank(),
+        margin: saddle.margin(),
+        least_motion: saddle.least_motion(),
+    })
+}

@@ -1,0 +1,256 @@
+//! Linear systems with constraints, `[S, G^T; G, 0]`.
+
+use super::{Independent, inverse_length};
+use crate::model::{SingularMass, Static};
+use crate::numerics::linalg::{Lu, Matrix, Singular, thin_svd};
+
+/// A tangent S and constraints G with the factors of both together, and memory for repeated use.
+#[derive(Clone, Debug)]
+pub struct Saddle {
+    /// n x n.
+    pub tangent: Matrix,
+    /// m x n.
+    pub constraints: Matrix,
+    independent: Independent,
+    bordered: Matrix,
+    lu: Lu,
+}
+
+impl Saddle {
+    /// The system of n coordinates and m constraints, all zero.
+    pub fn new(n: usize, m: usize) -> Self {
+        Self {
+            tangent: Matrix::zeros(n, n),
+            constraints: Matrix::zeros(m, n),
+            independent: Independent::new(m, n),
+            bordered: Matrix::zeros(n + m, n + m),
+            lu: Lu::new(n + m),
+        }
+    }
+
+    /// Factorises them, without the rows that others determine. Cost: 2/3 (n + m)^3 flops.
+    pub fn factorise(&mut self) -> Result<(), Singular> {
+        let Self { tangent, constraints, independent, bordered, lu } = self;
+        independent.find(constraints, |k| tangent[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip());
+        border(tangent, constraints, independent, bordered);
+        lu.factorise(bordered)
+    }
+
+    /// Writes the same with another tangent. Rows depend on others that did when this one was factorised.
+    pub fn border(&self, tangent: &Matrix, bordered: &mut Matrix) {
+        border(tangent, &self.constraints, &self.independent, bordered);
+    }
+
+    /// How many constraints are independent where this was factorised.
+    pub fn rank(&self) -> usize {
+        self.independent.rank()
+    }
+
+    /// Sets what multiplies rows that others determine to zero.
+    pub fn drop_dependent(&self, multipliers: &mut [f64]) {
+        for (i, multiplier) in multipliers.iter_mut().enumerate() {
+            if !self.independent.is_independent(i) {
+                *multiplier = 0.0;
+            }
+        }
+    }
+
+    /// The largest gap of rows that others determined when this was factorised which `change`, subtracted from the coordinates, leaves
+    /// open, in units of `sizes`.
+    pub fn left_open(&self, gaps: &[f64], change: &[f64], sizes: &[f64]) -> f64 {
+        let mut largest = 0.0_f64;
+        for (i, gap) in gaps.iter().enumerate().filter(|(i, _)| !self.independent.is_independent(*i)) {
+            let closed = (0..self.tangent.nrows()).map(|k| self.constraints[(i, k)] * change[k]).sum::<f64>();
+            let left = ((gap - closed) / sizes[i]).abs();
+            largest = if left <= largest { largest } else { left };
+        }
+        largest
+    }
+
+    /// Solves with the factors, in place. Multipliers of rows that others determine are zero.
+    pub fn solve(&mut self, b: &mut [f64]) {
+        self.drop_dependent(&mut b[self.tangent.nrows()..]);
+        self.lu.solve(b);
+    }
+}
+
+/// Writes `[S, G^T; G, 0]` with the rows of G that determine the others; a one on the diagonal stands for each of the others.
+fn border(tangent: &Matrix, constraints: &Matrix, independent: &Independent, bordered: &mut Matrix) {
+    let n = tangent.nrows();
+    bordered.fill(0.0);
+    for k in 0..n {
+        for j in 0..n {
+            bordered[(j, k)] = tangent[(j, k)];
+        }
+        for i in 0..constraints.nrows() {
+            if independent.is_independent(i) {
+                bordered[(n + i, k)] = constraints[(i, k)];
+                bordered[(k, n + i)] = constraints[(i, k)];
+            }
+        }
+    }
+    for i in (0..constraints.nrows()).filter(|&i| !independent.is_independent(i)) {
+        bordered[(n + i, n + i)] = 1.0;
+    }
+}
+
+/// Singular values below this part of the largest one count as zero; constraints are of length one there.
+const SINGULAR: f64 = 1e-8;
+
+/// `[M, G^T; G, 0]` with a positive definite mass, solved with the smallest multipliers where rows are redundant.
+pub(crate) struct MassSaddle {
+    /// L of the mass.
+    lower: Matrix,
+    /// `L^-1 G^T` with rows of G scaled to length one in it, by its singular values.
+    left: Matrix,
+    values: Vec<f64>,
+    right: Matrix,
+    /// One over the lengths of these; zero of constraints that nothing moves.
+    inverse_lengths: Vec<f64>,
+    gap_jacobian: Matrix,
+}
+
+impl MassSaddle {
+    /// For a shape of a model. Allocates.
+    pub(crate) fn new<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Result<Self, SingularMass> {
+        let n = q.len();
+        let mut mass = Matrix::zeros(n, n);
+        model.mass_matrix(q, &mut mass);
+        Self::with(model, q, &mass)
+    }
+
+    /// With any positive definite metric for the mass.
+    pub(crate) fn with<M: Static + ?Sized>(
+        model: &mut M,
+        q: &[f64],
+        metric: &Matrix,
+    ) -> Result<Self, SingularMass> {
+        let (n, m) = (q.len(), model.facts().constraints());
+        let mut gap_jacobian = Matrix::zeros(m, n);
+        model.gap_jacobian(q, &mut gap_jacobian);
+        let lower = metric.clone().cholesky().ok_or(SingularMass)?.l();
+        let mut half = gap_jacobian.transpose();
+        lower.solve_lower_triangular_mut(&mut half);
+        let lengths: Vec<f64> = half.column_iter().map(|column| column.norm()).collect();
+        let largest = lengths.iter().copied().fold(0.0, f64::max);
+        let inverse_lengths: Vec<f64> =
+            lengths.into_iter().map(|length| inverse_length(length, largest)).collect();
+        for (mut column, factor) in half.column_iter_mut().zip(&inverse_lengths) {
+            column *= *factor;
+        }
+        let (mut left, values, right) = thin_svd(&half).ok_or(SingularMass)?;
+        // In terms of coordinates: L^-T U.
+        lower.tr_solve_lower_triangular_mut(&mut left);
+        Ok(Self { lower, left, values, right, inverse_lengths, gap_jacobian })
+    }
+
+    /// How many constraints are independent.
+    pub(crate) fn rank(&self) -> usize {
+        let largest = self.values.first().copied().unwrap_or(0.0);
+        self.values.iter().filter(|&&value| value > SINGULAR * largest && value > 0.0).count()
+    }
+
+    /// The smallest singular value that does not count as zero, over the largest one.
+    pub(crate) fn margin(&self) -> f64 {
+        match self.rank() {
+            0 => 1.0,
+            rank => self.values[rank - 1] / self.values[0],
+        }
+    }
+
+    /// How little the constraint moves that moves least, beside the one that moves most: at a position where bars are in line
+    /// it does not move at all.
+    pub(crate) fn least_motion(&self) -> f64 {
+        let moved = || self.inverse_lengths.iter().filter(|&&factor| factor > 0.0);
+        let [least, most] =
+            [moved().copied().fold(0.0, f64::max), moved().copied().fold(f64::INFINITY, f64::min)];
+        if least > 0.0 { most / least } else { 1.0 }
+    }
+
+    /// The smallest change x of coordinates with `G x = gaps`, as far as there is one, and `lambda` with
+    /// `M x + G^T lambda = 0`.
+    pub(crate) fn closing(&self, gaps: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (n, m) = (self.left.nrows(), gaps.len());
+        let scaled: Vec<f64> =
+            gaps.iter().zip(&self.inverse_lengths).map(|(gap, factor)| gap * factor).collect();
+        let (mut x, mut multipliers) = (vec![0.0; n], vec![0.0; m]);
+        for k in 0..self.rank() {
+            let part = (0..m).map(|i| self.right[(i, k)] * scaled[i]).sum::<f64>() / self.values[k];
+            for (j, x) in x.iter_mut().enumerate() {
+                *x += self.left[(j, k)] * part;
+            }
+            for (i, multiplier) in multipliers.iter_mut().enumerate() {
+                *multiplier -= self.right[(i, k)] * part / self.values[k];
+            }
+        }
+        multipliers
+            .iter_mut()
+            .zip(&self.inverse_lengths)
+            .for_each(|(multiplier, factor)| *multiplier *= factor);
+        (x, multipliers)
+    }
+
+    /// Accelerations and multipliers with `M a + G^T lambda = force` and `G a = gap_accelerations`.
+    pub(crate) fn solve(&mut self, force: &[f64], gap_accelerations: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let mut free = Matrix::from_column_slice(force.len(), 1, force);
+        self.lower.solve_lower_triangular_mut(&mut free);
+        self.lower.tr_solve_lower_triangular_mut(&mut free);
+        let missing: Vec<f64> = gap_accelerations
+            .iter()
+            .enumerate()
+            .map(|(i, wanted)| {
+                wanted - (0..free.len()).map(|k| self.gap_jacobian[(i, k)] * free[k]).sum::<f64>()
+            })
+            .collect();
+        let (change, multipliers) = self.closing(&missing);
+        let accelerations = free.iter().zip(change).map(|(a, change)| a + change).collect();
+        (accelerations, multipliers)
+    }
+}
+
+/// The accelerations and the multipliers of a model with constraints. Allocates.
+pub fn accelerations<M: Static + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    v: &[f64],
+    a: &mut [f64],
+    multipliers: &mut [f64],
+) -> Result<(), SingularMass> {
+    a.fill(0.0);
+    multipliers.fill(0.0);
+    model.set_multipliers(multipliers);
+    let (mut force, mut wanted) = (vec![0.0; q.len()], vec![0.0; multipliers.len()]);
+    model.inverse_dynamics(q, v, a, &mut force);
+    model.gap_accelerations(q, v, a, &mut wanted);
+    force.iter_mut().chain(&mut wanted).for_each(|x| *x = -*x);
+    let (found, held) = MassSaddle::new(model, q)?.solve(&force, &wanted);
+    a.copy_from_slice(&found);
+    multipliers.copy_from_slice(&held);
+    Ok(())
+}
+
+/// What holds the constraints in a motion: the smallest multipliers with `tau + G^T lambda = 0` in the metric of the mass, or of typical
+/// coordinates where nothing has inertia along some of them. Allocates.
+pub fn multipliers<M: Static + ?Sized>(
+    model: &mut M,
+    [q, v, a]: [&[f64]; 3],
+    multipliers: &mut [f64],
+) -> Result<(), SingularMass> {
+    multipliers.fill(0.0);
+    model.set_multipliers(multipliers);
+    let mut force = vec![0.0; q.len()];
+    model.inverse_dynamics(q, v, a, &mut force);
+    force.iter_mut().for_each(|x| *x = -*x);
+    let zeros = vec![0.0; multipliers.len()];
+    let mut saddle = match MassSaddle::new(model, q) {
+        Ok(saddle) => saddle,
+        Err(SingularMass) => {
+            let sizes = model.facts().typical_coordinates.iter();
+            let metric = Matrix::from_diagonal(&sizes.map(|size| size.powi(-2)).collect::<Vec<_>>().into());
+            MassSaddle::with(model, q, &metric)?
+        }
+    };
+    let (_, held) = saddle.solve(&force, &zeros);
+    multipliers.copy_from_slice(&held);
+    Ok(())
+}

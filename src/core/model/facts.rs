@@ -1,0 +1,143 @@
+//! What is known of a model before a run, and does not change during it.
+
+use super::SectionPlace;
+use crate::error::InvalidInput;
+
+/// Facts of a model: values that no state, time or input changes. A model makes them once, when it is built.
+///
+/// A model of one's own begins with [`Facts::smooth`] and names what is different:
+///
+/// ```
+/// use lissom::model::Facts;
+///
+/// let facts = Facts { is_damped: false, typical_coordinates: vec![1.0, 0.3], ..Facts::smooth(2, 0.3) };
+/// assert_eq!((facts.n, facts.constraints(), facts.inputs()), (2, 0, 0));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Facts {
+    /// Number of generalised coordinates.
+    pub n: usize,
+    /// Length of the model, in metres: the reference for relative errors of places.
+    pub length: f64,
+    /// Large changes of the coordinates, to compare coordinates of different units in error norms of runs: the same in all
+    /// shapes, by the length of the whole model. They also determine the rounding errors of quantities computed from coordinates
+    /// near zero. n numbers > 0; zero, unknown, only for [equations](Facts::of_equations).
+    pub typical_coordinates: Vec<f64>,
+    /// Whether each coordinate turns something: others only shift. n flags.
+    pub turns: Vec<bool>,
+    /// Index of the first component of each rotation vector among the coordinates. Integrators and their results keep rotation
+    /// vectors no longer than pi.
+    pub rotation_vectors: Vec<usize>,
+    /// The numbers of coordinates, one after another, of parts that move by themselves unless something couples them, such as
+    /// contact: most pairs of them are not coupled by the tangent. Empty where all is one.
+    pub parts: Vec<usize>,
+    /// Whether a finite number of modes approximates infinitely many.
+    pub is_discretised: bool,
+    /// For each constraint what its gap is compared with, > 0, in its unit: the length of what the constraint joins, or one for
+    /// differences of cosines and for angles. The same in all shapes. As many as there are constraints.
+    pub gap_sizes: Vec<f64>,
+    /// Whether the last constraints hold one way only: `g <= 0` with non-negative multipliers. Those that do not act have zero
+    /// gaps, zero rows of the Jacobian and zero multipliers.
+    pub is_one_sided: bool,
+    /// Whether the model has contacts, whose forces set in abruptly, so that very fast vibrations must be damped.
+    pub has_contact: bool,
+    /// Whether a joint has stops, or a tendon has a stiffness and can become slack: springs that act one way only.
+    pub has_stops: bool,
+    /// Whether some forces act only in part of the state space: contacts, joint stops, slack tendons, saturated motors.
+    pub has_one_sided_forces: bool,
+    /// Whether tendons rub where they bend: how much is lost by that depends on the way, so that such forces have no potential.
+    pub has_tendon_friction: bool,
+    /// Whether forces other than material damping depend on velocities: drag, a current, a moving base. The
+    /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
+    /// unsymmetric part to the stiffness and a rotating base a negative part.
+    pub has_velocity_forces: bool,
+    /// False if [`Dynamics::dissipated_power`](super::Dynamics::dissipated_power) is always zero, so that a run need not integrate it.
+    pub is_damped: bool,
+    /// False if [`Dynamics::supplied_power`](super::Dynamics::supplied_power) is always zero, so that a run need not integrate it.
+    pub is_driven: bool,
+    /// Whether the base or coordinates move as functions of time prescribe.
+    pub is_carried: bool,
+    /// Whether the model depends on time explicitly, so that [`InTime::set_time`](super::InTime::set_time) must be called before
+    /// any evaluation.
+    pub varies_in_time: bool,
+    /// Interval of time, in seconds, on which the model is defined; outside, its time-dependent parts are NaN.
+    pub time_span: [f64; 2],
+    /// Shortest period of the excitation, in seconds.
+    pub shortest_period: f64,
+    /// The default value of each input u.
+    pub default_inputs: Vec<f64>,
+    /// Number of forces of the springs to the world.
+    pub springs: usize,
+    /// Number of tendons of a commanded length, elastic and inextensible ones, without friction.
+    pub cords: usize,
+    /// Sections whose inertia affects only the forces along rods; empty if other quantities depend on it, or
+    /// if coordinates are prescribed.
+    pub section_places: Vec<SectionPlace>,
+    /// Number of leading segments whose lengths affect nothing except their rods: all segments, or none if
+    /// other quantities depend on a length, such as the place of a load inside a rod.
+    pub free_lengths: usize,
+}
+
+impl Facts {
+    /// Facts of a model of `n` coordinates and a `length` in metres, whose generalised force is a smooth function of coordinates,
+    /// velocities and accelerations, and of nothing else: no time, inputs, prescribed motions, constraints, contacts, stops or
+    /// springs to the world. Coordinates are plain numbers of which one is a large change, and all may turn something. Forces may
+    /// dissipate, have a potential otherwise, and depend on velocities only by damping and inertia.
+    pub fn smooth(n: usize, length: f64) -> Self {
+        Self {
+            n,
+            length,
+            typical_coordinates: vec![1.0; n],
+            turns: vec![true; n],
+            rotation_vectors: Vec::new(),
+            parts: Vec::new(),
+            is_discretised: false,
+            gap_sizes: Vec::new(),
+            is_one_sided: false,
+            has_contact: false,
+            has_stops: false,
+            has_one_sided_forces: false,
+            has_tendon_friction: false,
+            has_velocity_forces: false,
+            is_damped: true,
+            is_driven: false,
+            is_carried: false,
+            varies_in_time: false,
+            time_span: [f64::NEG_INFINITY, f64::INFINITY],
+            shortest_period: f64::INFINITY,
+            default_inputs: Vec::new(),
+            springs: 0,
+            cords: 0,
+            section_places: Vec::new(),
+            free_lengths: 0,
+        }
+    }
+
+    /// Facts of `n` equations of motion of which only the number is known: [`Facts::smooth`] of a length of one, but what large
+    /// changes of the displacements are is unknown.
+    pub fn of_equations(n: usize) -> Self {
+        Self { typical_coordinates: vec![0.0; n], ..Self::smooth(n, 1.0) }
+    }
+
+    /// Number of constraints m.
+    pub fn constraints(&self) -> usize {
+        self.gap_sizes.len()
+    }
+
+    /// Number of inputs u.
+    pub fn inputs(&self) -> usize {
+        self.default_inputs.len()
+    }
+
+    /// Rejects models with constraints, on behalf of a method that does not support them.
+    pub fn check_untied(&self, what: &str) -> Result<(), InvalidInput> {
+        if self.constraints() == 0 {
+            return Ok(());
+        }
+        let (found, expected) = match self.is_one_sided {
+            true => ("one with tendons that do not stretch", "tendons with a `stiffness`"),
+            false => ("one with closed loops", "a robot without closed loops"),
+        };
+        Err(InvalidInput::new("model", found, format!("{expected}: {what} does not hold them yet")))
+    }
+}

@@ -1,0 +1,107 @@
+//! Invalid shapes.
+
+/// One of the radii of two surfaces. Surfaces that are not round have none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Radius {
+    /// The smaller radius. Surfaces count as sunk beyond an overlap of this size.
+    Smaller,
+    /// The larger radius. Beyond an overlap of this size on a straight path, surfaces may be pushed out on
+    /// either side.
+    Larger,
+    /// The smaller radius, of which a small part counts: whether surfaces touch on the way.
+    Touching,
+}
+
+/// Reason why a shape is invalid or cannot be followed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Flaw {
+    /// The rod rotates by more than half a turn between neighbouring quadrature nodes.
+    Unresolved {
+        /// Required number of nodes over the present one.
+        shortage: f64,
+    },
+    /// The rod is turned inside out.
+    Inverted {
+        /// Arc length of the unstretched rod at the worst section, in metres.
+        at: f64,
+        /// Stretch of that section: length over rest length, not positive.
+        stretch: f64,
+    },
+    /// A tendon has pulled two points of its path together, and its force has no direction.
+    Collapsed {
+        /// Index of the actuator.
+        actuator: usize,
+    },
+    /// A closed loop is open, or an inextensible tendon is longer than commanded.
+    Open {
+        /// The violated constraint.
+        held: Holder,
+        /// Size of the gap: metres, or a difference of cosines.
+        gap: f64,
+    },
+    /// Surfaces overlap by more than a radius, or have passed through each other.
+    Sunk {
+        /// Index of the contact in the model.
+        contact: usize,
+        /// Overlap in metres.
+        overlap: f64,
+    },
+}
+
+/// A constraint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Holder {
+    /// A loop, by its index in the model.
+    Loop(usize),
+    /// An inextensible tendon, by its index among the actuators.
+    Tendon(usize),
+}
+
+impl std::fmt::Display for Flaw {
+    /// Describes the problem of the rod.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match *self {
+            Self::Unresolved { .. } => {
+                write!(f, "turns by more than half a turn between neighbouring quadrature nodes")
+            }
+            Self::Inverted { at, stretch } => {
+                write!(f, "is turned inside out (stretch {} at X = {})", Rounded(stretch), Rounded(at))
+            }
+            Self::Collapsed { actuator } => {
+                write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
+            }
+            Self::Open { held: Holder::Loop(closed), gap } => {
+                write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
+            }
+            Self::Open { held: Holder::Tendon(actuator), gap } => {
+                write!(f, "has a tendon that is too long: actuators[{actuator}] by {} m", Rounded(gap))
+            }
+            Self::Sunk { contact, overlap } => {
+                write!(
+                    f,
+                    "is sunk into what it touches: contacts[{contact}] overlaps by {} m",
+                    Rounded(overlap)
+                )
+            }
+        }
+    }
+}
+
+/// A number with four digits.
+struct Rounded(f64);
+
+impl std::fmt::Display for Rounded {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self(value) = *self;
+        let is_handy = value == 0.0 || (1e-3..1e4).contains(&value.abs());
+        if is_handy { write!(f, "{}", (value * 1e4).round() / 1e4) } else { write!(f, "{value:.3e}") }
+    }
+}
+
+/// ", at least 3 times as many": the number of nodes that would resolve a shape, if it is a reasonable
+/// number.
+pub fn at_least(shortage: f64) -> String {
+    /// Beyond this factor the state has diverged, and more nodes would not help.
+    const MOST: f64 = 1000.0;
+    if shortage < MOST { format!(", at least {:.0} times as many", shortage.ceil()) } else { String::new() }
+}

@@ -1,0 +1,84 @@
+//! The interface of mechanical systems to the solvers.
+//!
+//! ```
+//! use lissom::model::Dynamics;
+//! use lissom::pendulum::SpringPendulum;
+//!
+//! let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81)?;
+//! let mut tau = [0.0; 2];
+//! pendulum.inverse_dynamics(&[0.0, 0.1], &[0.0, 0.0], &[0.0, 0.0], &mut tau);
+//! assert!((tau[1] - 1.0).abs() < 1e-12); // newtons along the spring: stiffness times elongation
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+#[doc(hidden)]
+pub mod chart;
+#[doc(hidden)]
+pub mod constraint;
+mod differentiable;
+mod dynamics;
+mod elastic;
+mod energy;
+mod facts;
+mod flaw;
+mod forward;
+mod in_contact;
+mod in_time;
+mod passing;
+pub mod pendulum;
+mod pressed;
+mod refinable;
+#[doc(hidden)]
+pub mod rotation_vectors;
+mod smooth;
+pub mod springs;
+mod tied;
+
+pub use differentiable::Differentiable;
+pub use dynamics::Dynamics;
+pub(crate) use dynamics::forward_dynamics;
+pub use elastic::{Elastic, Sprung};
+pub use energy::Energy;
+pub use facts::Facts;
+#[doc(hidden)]
+pub use flaw::at_least;
+pub use flaw::{Flaw, Holder, Radius};
+pub use forward::{ForwardScratch, SingularMass, Tree};
+pub(crate) use in_contact::REACHED;
+pub use in_contact::{InContact, InImpact, Reached};
+pub use in_time::{Excitation, InTime};
+pub use passing::{Beside, Holding, Impact};
+#[doc(hidden)]
+pub use passing::{have_missed, have_passed, may_miss};
+#[doc(hidden)]
+pub use pressed::Pressed;
+pub use refinable::Refinable;
+pub use smooth::{Autonomous, Smooth, Untied};
+pub use tied::{OneSided, Switch, Tied};
+
+/// A section of a rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SectionPlace {
+    /// Index of the segment, counted through all rods.
+    pub segment: usize,
+    /// Position as a fraction of the segment's length.
+    pub x: f64,
+}
+
+/// Maps the twist of a section, (angular; linear), to its momentum per length. Also used for derivatives with
+/// respect to the entries of such a matrix.
+pub type InertiaMatrix = [[f64; 6]; 6];
+
+/// What equilibria, vibrations and constraints ask of a model. Whatever has these traits is one.
+pub trait Static: Dynamics + InTime + Sprung + Tied + OneSided + InContact {}
+
+impl<M: Dynamics + InTime + Sprung + Tied + OneSided + InContact> Static for M {}
+
+/// A model of which everything can be computed: motions, to an accuracy too, their derivatives, equilibria and vibrations.
+/// Whatever has these traits is one.
+///
+/// A model of one's own implements [`Dynamics`] and [`Elastic`]. An empty line each says that it is [`Autonomous`] and [`Smooth`], or it
+/// has the traits that these stand for.
+pub trait Model: Static + Excitation + InImpact + Differentiable + Refinable {}
+
+impl<M: Static + Excitation + InImpact + Differentiable + Refinable> Model for M {}

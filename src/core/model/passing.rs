@@ -1,0 +1,176 @@
+//! Detection of surfaces and stops that are met during a step, unseen at its ends.
+
+use super::{Model, Radius, Static};
+use crate::error::Interrupted;
+use crate::numerics::hermite;
+
+/// What a motion has at a time.
+#[derive(Clone, Copy, Debug)]
+pub struct Holding {
+    /// All its energy, in joules.
+    pub total: f64,
+    /// The kinetic part of it.
+    pub kinetic: f64,
+    /// The elastic part, that of overlaps included.
+    pub elastic: f64,
+    /// The power that loads without a potential supply, in watts.
+    pub supplied: f64,
+}
+
+/// An impact in a step that does not resolve it.
+#[derive(Clone, Copy, Debug)]
+pub struct Impact {
+    /// Index of the contact in the model.
+    pub contact: usize,
+    /// Energy in joules that the step has lost, as far as the contact would have given it back.
+    pub lost: f64,
+    /// Kinetic energy before it, in joules.
+    pub kinetic: f64,
+    /// Elastic energy after it, overlaps included, in joules.
+    pub elastic: f64,
+    /// Size in seconds of steps that resolve it.
+    pub longest: f64,
+}
+
+/// What a gain of energy is compared with.
+#[derive(Clone, Copy, Debug)]
+pub enum Beside {
+    /// The kinetic energy.
+    Motion,
+    /// Kinetic and elastic energy: a gain of half of this is an explosion.
+    All,
+}
+
+/// Surfaces may overlap within a step by this part of the model's length without being seen.
+const SHALLOW: f64 = 1e-4;
+
+/// Shapes within a step that are looked at, at most.
+const MOST_LOOKS: usize = 256;
+
+/// Whether surfaces of a model pass through each other along a path given by times and shapes.
+pub fn have_passed<'a, M: Static + ?Sized>(
+    model: &mut M,
+    way: impl Iterator<Item = (f64, &'a [f64])>,
+    radius: Radius,
+) -> Result<bool, Interrupted> {
+    for (i, (t, q)) in way.enumerate() {
+        model.set_time(t)?;
+        if i == 0 {
+            model.note_surfaces(q);
+        } else if model.have_passed(q, radius) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// Stops are missed if a step passes them by more than this, in metres or radians, or by this part of a longer
+/// model; far below the tolerances of methods.
+const MISSED: f64 = 1e-9;
+
+/// Parts of a step at whose ends stops are looked at: the way to a stop and back bends once.
+const LOOKS_AT_STOPS: usize = 8;
+
+/// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times,
+/// displacements and rates, and is before it at both ends: the error estimate sees only the stages of the
+/// step. `memory` is any vector. Allocates.
+fn have_met_stops<M: Model + ?Sized>(
+    model: &mut M,
+    [t, t_new]: [f64; 2],
+    ends: [&[f64]; 2],
+    rates: [&[f64]; 2],
+    memory: &mut Vec<f64>,
+) -> Result<bool, Interrupted> {
+    let h = t_new - t;
+    let missed = MISSED * model.facts().length.max(1.0);
+    let mut looks = [const { Vec::new() }; LOOKS_AT_STOPS + 1];
+    memory.resize(ends[0].len(), 0.0);
+    for (look, beyond) in looks.iter_mut().enumerate() {
+        let x = look as f64 / LOOKS_AT_STOPS as f64;
+        // Methods go on from the end, at its own time.
+        let t = if look == LOOKS_AT_STOPS { t_new } else { t + x * h };
+        hermite::cubics(x, h, ends, rates, memory);
+        model.set_time(t)?;
+        model.beyond_stops(memory, beyond);
+    }
+    Ok((0..looks[0].len()).any(|stop| {
+        let is_before = looks[0][stop].max(looks[LOOKS_AT_STOPS][stop]) <= 0.0;
+        let passes = |near: &[Vec<f64>]| highest([near[0][stop], near[1][stop], near[2][stop]]) > missed;
+        is_before && looks.windows(3).any(passes)
+    }))
+}
+
+/// The highest point of the parabola through three values at equal distances, between the outer ones.
+fn highest([before, here, after]: [f64; 3]) -> f64 {
+    let (slope, bend) = (0.5 * (after - before), 2.0 * here - before - after);
+    if bend > slope.abs() { here + 0.5 * slope * slope / bend } else { before.max(after) }
+}
+
+/// Whether surfaces touch within a step between these times, displacements and rates although they do at neither end, as those of a
+/// body that is thrown against a ceiling and falls back, or grazes a corner.
+///
+/// The motion bends away from the straight way between two of m looks by the m-th part squared of what it does in the whole
+/// step: there are as many looks as make this shallow. `memory` is any vector, kept to save allocations.
+fn have_touched<M: Model + ?Sized>(
+    model: &mut M,
+    [t, t_new]: [f64; 2],
+    ends: [&[f64]; 2],
+    rates: [&[f64]; 2],
+    memory: &mut Vec<f64>,
+) -> Result<bool, Interrupted> {
+    let (n, h) = (ends[0].len(), t_new - t);
+    memory.resize(2 * n, 0.0);
+    let (q, sizes) = memory.split_at_mut(n);
+    sizes.copy_from_slice(&model.facts().typical_coordinates);
+    let changes = rates[0].iter().zip(rates[1]).zip(&*sizes);
+    let bend = changes.map(|((leaving, coming), size)| (0.125 * h * (leaving - coming) / size).abs());
+    let looks = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MOST_LOOKS as f64) as usize;
+    let mut has_touched = false;
+    model.set_time(t)?;
+    model.note_surfaces(ends[0]);
+    for look in 1..=looks {
+        let x = look as f64 / looks as f64;
+        hermite::cubics(x, h, ends, rates, q);
+        let is_end = look == looks;
+        model.set_time(if is_end { t_new } else { t + x * h })?;
+        let there = if is_end { ends[1] } else { &*q };
+        // Nothing passes half-spaces: they are touched first at the ends of a straight way.
+        has_touched = model.have_passed(there, Radius::Touching) || !is_end && model.overlaps(there);
+        if has_touched {
+            break;
+        }
+    }
+    if !has_touched {
+        return Ok(false);
+    }
+    for (t, q) in [(t, ends[0]), (t_new, ends[1])] {
+        model.set_time(t)?;
+        if model.overlaps(q) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Whether a step can miss anything.
+pub fn may_miss<M: Model + ?Sized>(model: &M) -> bool {
+    model.facts().has_contact || model.facts().has_stops
+}
+
+/// Whether surfaces pass through each other, or touch and part again, or stops are passed, within a step along these times and shapes,
+/// unseen at its ends, where the velocities are `rates`. `memory` is any vector, kept to save allocations.
+pub fn have_missed<M: Model + ?Sized>(
+    model: &mut M,
+    way: &[(f64, &[f64])],
+    rates: [&[f64]; 2],
+    memory: &mut Vec<f64>,
+) -> Result<bool, Interrupted> {
+    let &[(t, start), .., (t_new, end)] = way else { return Ok(false) };
+    let (times, ends) = ([t, t_new], [start, end]);
+    if model.facts().has_stops && have_met_stops(model, times, ends, rates, memory)? {
+        return Ok(true);
+    }
+    Ok(model.facts().has_contact
+        && (have_passed(model, way.iter().copied(), Radius::Smaller)?
+            || have_touched(model, times, ends, rates, memory)?))
+}

@@ -1,0 +1,52 @@
+//! Forces and commands that are given: they may vary in time or be inputs.
+
+use crate::description::signal::{Signal, Timed};
+use crate::robot::effects::actuator::Actuator;
+
+/// A force or a command of a robot.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<'a> {
+    /// List and index of what it belongs to, if not to the robot itself.
+    owner: Option<(&'static str, usize)>,
+    key: &'static str,
+    pub signal: GivenSignal<'a>,
+    /// The actuator that it commands.
+    pub(super) commands: Option<&'a Actuator>,
+}
+
+/// The signal of a force or a command.
+#[derive(Clone, Copy, Debug)]
+pub enum GivenSignal<'a> {
+    /// A number, such as the command of an actuator.
+    Number(&'a Signal<1>),
+    /// A vector, such as a force.
+    Vector(&'a Signal<3>),
+}
+
+impl<'a> Given<'a> {
+    pub(super) fn command(i: usize, key: &'static str, signal: &'a Signal<1>, of: &'a Actuator) -> Self {
+        let signal = GivenSignal::Number(signal);
+        Self { owner: Some(("actuators", i)), key, signal, commands: Some(of) }
+    }
+
+    pub(super) fn vector(
+        owner: Option<(&'static str, usize)>,
+        key: &'static str,
+        signal: &'a Signal<3>,
+    ) -> Self {
+        Self { owner, key, signal: GivenSignal::Vector(signal), commands: None }
+    }
+
+    /// Its place in the description.
+    pub(super) fn place(&self) -> String {
+        let key = self.key;
+        self.owner.map_or_else(|| key.to_owned(), |(list, i)| format!("{list}[{i}].{key}"))
+    }
+
+    pub(super) fn timed(self) -> &'a dyn Timed {
+        match self.signal {
+            GivenSignal::Number(signal) => signal,
+            GivenSignal::Vector(signal) => signal,
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Lengths of what constraints join: what their gaps are compared with.
+
+use super::{Robot, link::Link};
+use crate::robot::effects::actuator::Actuator;
+use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
+
+/// Lengths of what moves the ends of loops and tendons, in metres: from the first joint or rod that moves an end to this end,
+/// along the chain of links that carries it. Neither other links count, nor where the chain begins. Of points that only rails move
+/// it is the length of the tendon or of the distance itself.
+#[derive(Debug)]
+pub struct Spans<'a> {
+    robot: &'a Robot,
+    /// For every link, the distance along the chain to its base, and the extent of its rod and bodies.
+    arms: Vec<[f64; 2]>,
+}
+
+impl Robot {
+    /// Length of what moves a point of a link, given in its axes: along the chain of links that carries it, in metres.
+    pub fn span(&self, link: usize, point: [f64; 3]) -> f64 {
+        let spans = Spans::new(self);
+        spans.or_robot(spans.to(link, point))
+    }
+}
+
+impl<'a> Spans<'a> {
+    /// The lengths of the chains of a robot.
+    pub fn new(robot: &'a Robot) -> Self {
+        let mut extents: Vec<f64> = robot.links.iter().map(Link::length).collect();
+        for body in robot.all_bodies() {
+            extents[body.link] = extents[body.link].max(body.extent());
+        }
+        let (mut arms, mut moves): (Vec<[f64; 2]>, Vec<bool>) = (Vec::new(), Vec::new());
+        for (link, &extent) in robot.links.iter().zip(&extents) {
+            let carrier = link.parent.filter(|&parent| moves[parent]);
+            let start = carrier.map_or(0.0, |parent| arms[parent].iter().sum::<f64>() + size(link.position));
+            arms.push([start, extent]);
+            moves.push(carrier.is_some() || link.coordinates() > 0 || link.driven.is_some());
+        }
+        Self { robot, arms }
+    }
+
+    /// Of a link.
+    pub fn of_link(&self, link: usize) -> f64 {
+        self.or_robot(self.arms[link].iter().sum())
+    }
+
+    /// Of a loop. The larger one of those of its ends.
+    pub(crate) fn of_loop(&self, closed: &Loop) -> f64 {
+        if let Tie::Coordinates { coordinates: [first, _], .. } = closed.tie {
+            let has_it = |&link: &usize| self.robot.coordinates_of(link).contains(&first);
+            return self.of_link((0..self.robot.links.len()).find(has_it).unwrap_or_default());
+        }
+        let of_end = |end: &LoopEnd| end.link.map_or(0.0, |link| self.to(link, end.position));
+        let of_ends = closed.tie.ends().into_iter().flatten().map(of_end).fold(0.0, f64::max);
+        let own = if let Tie::Distance { length, .. } = closed.tie { length } else { 0.0 };
+        self.or_robot(if of_ends > 0.0 { of_ends } else { own })
+    }
+
+    /// Of a tendon.
+    pub(crate) fn of_tendon(&self, actuator: &Actuator) -> f64 {
+        let vias = actuator.vias();
+        let of_vias = vias.iter().map(|via| via.link.map_or(0.0, |link| self.to(link, via.point)));
+        let along = actuator.along();
+        let of_rods = along.iter().map(|along| self.of_link(along.link));
+        let of_chains = of_vias.chain(of_rods).fold(0.0, f64::max);
+        let own = || actuator.shortest_command().unwrap_or(0.0);
+        self.or_robot(if of_chains > 0.0 { of_chains } else { own() })
+    }
+
+    fn to(&self, link: usize, point: [f64; 3]) -> f64 {
+        let [start, extent] = self.arms[link];
+        start + extent.max(size(point))
+    }
+
+    /// What has no extent is compared with the robot.
+    fn or_robot(&self, span: f64) -> f64 {
+        if span > 0.0 { span } else { self.robot.length() }
+    }
+}
+
+fn size(v: [f64; 3]) -> f64 {
+    v.into_iter().map(|x| x * x).sum::<f64>().sqrt()
+}

@@ -1,0 +1,153 @@
+//! A run in progress.
+
+use super::control::Control;
+use super::recorder::Recorder;
+use super::watch::Watch;
+use crate::error::Interrupted;
+use crate::integrators::ode;
+use crate::integrators::second_order::number_of_steps;
+use crate::model::Model;
+use crate::simulation::balance::{FlowMeter, Rule};
+use crate::simulation::stepping::{Method, Run, Status, Stop};
+
+/// A run with its recorders and checks.
+pub(super) struct Runner<'a, 'c, M> {
+    pub(super) run: Run<M>,
+    pub(super) recorder: Recorder<'a>,
+    pub(super) meter: Option<FlowMeter<'a>>,
+    pub(super) watch: Watch,
+    /// Reason why a check stopped the run.
+    pub(super) stop: Option<Stop>,
+    t_span: (f64, f64),
+    control: Option<Control<'c>>,
+    has_begun: bool,
+}
+
+impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
+    pub(super) fn new(
+        run: Run<M>,
+        recorder: Recorder<'a>,
+        t_span: (f64, f64),
+        control: Option<Control<'c>>,
+    ) -> Self {
+        let (meter, watch, stop) = (None, Watch::Nothing, None);
+        Self { run, recorder, meter, watch, stop, t_span, control, has_begun: false }
+    }
+
+    /// Runs all intervals and returns the status. States reached before a failure are recorded too.
+    pub(super) fn finish(
+        &mut self,
+        method: &Method,
+        t_eval: Option<&'a [f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Status {
+        let found = self.intervals(method, t_eval, monitor);
+        // The controller may have failed at the end of an interval; a second failure adds nothing.
+        if self.has_begun {
+            let _ = self.recorder.record(&mut self.run, true);
+        }
+        found.unwrap_or_else(|Interrupted| self.run.interrupted())
+    }
+
+    fn intervals(
+        &mut self,
+        method: &Method,
+        t_eval: Option<&'a [f64]>,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        let (t0, t_end) = self.t_span;
+        if let Some(status) = self.run.begin()? {
+            return Ok(status);
+        }
+        self.has_begun = true;
+        let intervals = match &self.control {
+            Some(control) => number_of_steps(t_end - t0, control.step).max(1),
+            None => 1,
+        };
+        for interval in 1..=intervals {
+            if let Some(status) = self.begin_interval(interval == intervals)? {
+                return Ok(status);
+            }
+            if interval == 1 {
+                let rule = if matches!(method, Method::Newmark(_)) { Rule::Mean } else { Rule::Quintic };
+                let t_span = self.t_span;
+                // The run may have projected the initial state onto closed loops.
+                self.meter = self
+                    .run
+                    .observe(|model, state| FlowMeter::new(model, rule, t0, [state.q, state.v], t_eval));
+                self.watch =
+                    self.run.observe(|model, state| Watch::new(model, t_span, [state.q, state.v], method));
+            }
+            self.recorder.record(&mut self.run, true)?;
+            let status = self.finish_interval(interval == intervals, monitor)?;
+            if interval == intervals || !status.is_success() {
+                return Ok(status);
+            }
+        }
+        unreachable!("the last interval returns")
+    }
+
+    /// Calls the controller, if there is one, and records jumps caused by new inputs.
+    fn begin_interval(&mut self, is_last: bool) -> Result<Option<Status>, Interrupted> {
+        let Some(control) = &mut self.control else { return Ok(None) };
+        let end = if is_last { None } else { self.run.end_of(Some(control.step)).ok() };
+        self.run.begin_interval(end.unwrap_or(self.t_span.1));
+        self.run.shorten_rotation_vectors();
+        let mut inputs = self.run.inputs().to_vec();
+        (control.inputs)(self.run.t(), self.run.q(), self.run.v(), &mut inputs)?;
+        if inputs == self.run.inputs() {
+            return Ok(None);
+        }
+        let before = self.run.energy()?.total();
+        self.run.set_inputs(&inputs);
+        let work = self.run.energy()?.total() - before;
+        let status = self.run.begin()?;
+        let [dissipated, of_impact] = self.run.take_flow().unwrap_or_default();
+        if let Some(meter) = &mut self.meter {
+            self.run.observe(|_, state| meter.jump(state, [dissipated, work + of_impact]));
+        }
+        Ok(status)
+    }
+
+    fn finish_interval(
+        &mut self,
+        is_last: bool,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        loop {
+            let before = self.run.steps();
+            let status = self.run.step()?;
+            if let (Some(flow), Some(meter)) = (self.run.take_flow(), &mut self.meter) {
+                self.run.observe(|_, state| meter.jump(state, flow));
+            }
+            let steps = self.run.steps();
+            if steps > before {
+                // Before another interval, accelerations and inputs of this state are recorded after the
+                // controller's call.
+                let is_followed = !is_last && status.is_some_and(Status::is_success);
+                let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
+                let Self { run, meter, watch, stop, .. } = self;
+                run.observe(|model, state| {
+                    if let Some(meter) = meter {
+                        meter.step(model, state)?;
+                    }
+                    *stop = watch.look(model, state, steps);
+                    Ok(())
+                })?;
+                run.look(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
+                if !is_finite {
+                    return Ok(Status::FirstOrder(ode::Status::NonFinite));
+                }
+                if status.is_none_or(Status::is_success) {
+                    if let Some(stop) = &self.stop {
+                        return Ok(stop.status);
+                    }
+                    monitor(self.run.t())?;
+                }
+            }
+            if let Some(status) = status {
+                return Ok(status);
+            }
+        }
+    }
+}
