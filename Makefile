@@ -157,9 +157,9 @@ crate: ## pack the crates as `cargo publish` does, and compile them from that (R
 
 sbom: ## write the bill of materials of the wheel, dist/lissom.cdx.json (needs cargo-cyclonedx)
 	mkdir -p dist
-	cargo cyclonedx --quiet --format json --features python --override-filename lissom.cdx
-	sed 's|path+file://$(CURDIR)#||g' lissom.cdx.json > dist/lissom.cdx.json
-	rm lissom.cdx.json
+	cargo cyclonedx --quiet --format json --manifest-path src/extension/Cargo.toml --override-filename lissom.cdx
+	sed 's|path+file://$(CURDIR)#||g' src/extension/lissom.cdx.json > dist/lissom.cdx.json
+	rm -f lissom.cdx.json derive/lissom.cdx.json src/*/lissom.cdx.json
 
 docs: build $(VENV)/docs.stamp ## build the site into results/site
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -b html docs "$(RESULTS)/site"

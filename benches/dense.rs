@@ -1,6 +1,6 @@
 //! Small dense systems, factorised and solved by lissom, nalgebra and faer: `cargo bench --bench dense`.
 //!
-//! The crossings of the curves are the constants `SMALL` of `src/linalg/lu.rs` and `cholesky.rs`.
+//! The crossings of the curves are the constants `SMALL` of `src/core/numerics/linalg/lu.rs` and `cholesky.rs`.
 
 use std::hint::black_box;
 

@@ -22,7 +22,7 @@ TRAITS = {
 EFFECTS = {
     "fluid": r"fluid|immersion|immersed",
     "contact": r"contact",
-    "tendons": r"tendon|sleeve|thread",
+    "tendons": r"tendon|routing_segment|guide_exit",
     "supports": r"support|anchor",
 }
 LARGE_FILE, LARGE_FUNCTION, SHOWN = 800, 80, 8

@@ -1099,7 +1099,7 @@ fn parts_are_what_coordinates_move() {
         link("ground", None, Joint::Weld),
         link("arm", Some(0), hinge()),
         link("forearm", Some(1), hinge()),
-        link("interval", Some(0), hinge()),
+        link("leg", Some(0), hinge()),
         link("hand", Some(2), hinge()),
         link("stone", None, Joint::Free),
     ];

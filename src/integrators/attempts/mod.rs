@@ -6,7 +6,7 @@
 //!
 //! | diagnosis | fixed steps | adaptive steps |
 //! |---|---|---|
-//! | equations not solved, or not within the error | without memory, then halves | shorter |
+//! | equations not solved, or not within the error | without memory, then halves; of mechanisms without surfaces and tendons halves | shorter |
 //! | [missed](Diagnosis::Missed) something | – | shorter |
 //! | [unresolved](Diagnosis::Unresolved) impact | without memory, and the next | shorter, where it gains energy |
 //! | [invalid](Diagnosis::Invalid) end | without memory, then halves | shorter |
@@ -14,7 +14,8 @@
 //! | [explodes](Diagnosis::Explodes) | halves | – |
 //! | sound | made | made |
 //!
-//! Fixed steps ask the last of those without memory, and whether an impact is resolved of those with memory.
+//! Fixed steps ask the last of those without memory, and whether an impact is resolved of those with memory. Of adaptive steps of the
+//! Newmark family only what they have missed is asked: their error estimate sees the rest.
 
 mod adaptive;
 mod diagnosis;

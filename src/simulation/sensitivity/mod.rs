@@ -89,7 +89,7 @@ pub struct Course<'a> {
     pub a: &'a [f64],
     /// Method of the run.
     pub rule: Rule,
-    /// Legs in order, the first one from the start; empty if the model's own inputs apply.
+    /// Intervals in order, the first one from the start; empty if the model's own inputs apply.
     pub intervals: &'a [Interval],
 }
 

@@ -32,7 +32,7 @@ const SHORTEST: f64 = 1e-9;
 pub struct Run<M> {
     integrator: Integrator<M>,
     dt: f64,
-    /// Interval of time in seconds on which the model is defined.
+    /// Range of times in seconds on which the model is defined.
     known: [f64; 2],
     /// End times of single steps.
     grid: Grid,
@@ -41,7 +41,8 @@ pub struct Run<M> {
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
     scratch: ForwardScratch,
-    /// Whether prescribed velocities or accelerations, loads or commands may jump, the time of their last jump, and the work done in jumps since it was last asked for.
+    /// Whether prescribed velocities or accelerations, loads or commands may jump, the time of their last jump, and the work done
+    /// in jumps since it was last asked for.
     jumps: bool,
     jumped_at: Option<f64>,
     work: Option<f64>,

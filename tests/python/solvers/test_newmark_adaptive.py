@@ -203,6 +203,9 @@ def test_largest_and_smallest_steps():
     assert "fell below its limit at t = 0 after" in stopped.message
     assert "reduce `min_step`" in stopped.message
     assert stopped.t.tolist() == [0.0]
+    longer = run(dt=1e-6, min_step=0.01, rtol=10.0, atol=10.0)
+    assert longer.success
+    assert np.diff(longer.t)[:-1].min() >= 0.01 * (1 - 1e-9)
     # The remainder of an interval may be shorter than the smallest step.
     rest = run(dt=0.7, min_step=0.7, max_step=0.7, rtol=10.0, atol=10.0)
     assert_allclose(np.diff(rest.t), [0.7, 0.7, 0.6])

@@ -224,13 +224,13 @@ pub(crate) fn of_actuators<G: Turning>(plan: &Plan<G>) -> Vec<OfActuator> {
         let (mut residual, mut tangent) = (3.0 * reached, 0.0);
         let mut nodes = 0;
         for routing_segment in guides(plan, i) {
-            let of_sleeve = routing_segment.packs * crate::numerics::lie::LANES;
-            nodes += of_sleeve;
+            let of_routing_segment = routing_segment.packs * crate::numerics::lie::LANES;
+            nodes += of_routing_segment;
             let n = routing_segment.components.iter().map(|component| component.modes).sum::<usize>() as f64;
             let pairs = routing_segment.components.len() as f64;
             // Tendons along the same part of a segment share what belongs to its coordinates.
             let shared = n / routing_segment.guides.len() as f64;
-            let at_nodes = of_sleeve as f64;
+            let at_nodes = of_routing_segment as f64;
             residual += at_nodes * (table.guide + n + shared);
             tangent += at_nodes * (4.0 * pairs + shared * (n + 1.0));
             if has_rate(actuator) {
@@ -258,15 +258,15 @@ pub(crate) fn of_actuators<G: Turning>(plan: &Plan<G>) -> Vec<OfActuator> {
     plan.effects.actuation.actuators.iter().enumerate().map(of_actuator).collect()
 }
 
-/// Sleeves that contain guides of an actuator, one for each guide.
+/// Routing segments that contain guides of an actuator, one for each guide.
 fn guides<G: Turning>(plan: &Plan<G>, actuator: usize) -> impl Iterator<Item = &RoutingSegment<G::Pack>> {
-    let sleeve_of = |part: &Part| match *part {
+    let routing_segment_of = |part: &Part| match *part {
         Part::Guide { routing_segment, .. } => {
             Some(&plan.effects.actuation.routing_segments[routing_segment])
         }
         Part::Line(_) => None,
     };
-    plan.effects.actuation.actuators[actuator].path.iter().filter_map(sleeve_of)
+    plan.effects.actuation.actuators[actuator].path.iter().filter_map(routing_segment_of)
 }
 
 /// Whether the tangent needs the rate of the length's gradient.
@@ -370,7 +370,7 @@ mod tests {
         Rod { fluid: Some(fluid), actuators: kinds_of_actuators(0.3 * modes.len() as f64), ..rod }
     }
 
-    /// Actuators of all kinds; two tendons share a routing_segment.
+    /// Actuators of all kinds; two tendons share a routing segment.
     fn kinds_of_actuators(length: f64) -> Vec<Actuator> {
         let along = |z: f64, to: f64| {
             Part::Along(Along { link: 0, offset: [0.002.into(), z.into()], along: [0.0, to] })

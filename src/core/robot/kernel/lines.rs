@@ -14,7 +14,7 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut
     let n = plan.n;
     memory.moved.fill(Vector::zero());
     memory.rate_gradients.fill(0.0);
-    memory.mouths_turned.fill([Vector::zero(); 2]);
+    memory.exits_turned.fill([Vector::zero(); 2]);
     for (i, straight) in plan.effects.actuation.lines.iter().enumerate() {
         let moved = &mut memory.moved[i * n..][..n];
         let rate_gradient = &mut memory.rate_gradients[i * n..][..n];
@@ -25,12 +25,12 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut
                 moved[k] += way;
                 rate_gradient[k] += of_rate;
                 if straight.guide_exits[e].is_some() {
-                    memory.mouths_turned[i * n + k][e] += line::turns_at_exits(plan, work, [i, e], column[0]);
+                    memory.exits_turned[i * n + k][e] += line::turns_at_exits(plan, work, [i, e], column[0]);
                 }
             });
         }
         if straight.guide_exits.iter().any(Option::is_some) {
-            line::add_bending_of_mouths(plan, work, i, &mut memory.mouths_turned[i * n..][..n]);
+            line::add_bending_at_exits(plan, work, i, &mut memory.exits_turned[i * n..][..n]);
         }
     }
 }

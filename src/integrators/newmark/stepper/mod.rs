@@ -54,6 +54,7 @@ struct StepperOf<V> {
     /// The step that is tried.
     step: Step,
     trial: Trial<V>,
+    /// Its size, and the guess of its accelerations.
     size: f64,
     guessed: V,
     guess: Guess,

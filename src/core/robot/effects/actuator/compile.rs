@@ -430,7 +430,7 @@ fn slope_at_zero(part: &Embedded<'_>, x: f64) -> Vector<f64> {
     (0..STRAINS).fold(Vector { x: 0.0, y, z }, sum)
 }
 
-/// Adds a tendon to the routing_segment of a part of a piece; creates a routing_segment if none has the same nodes.
+/// Adds a tendon to the routing segment of a part of a piece; creates a routing segment if none has the same nodes.
 fn guide<G: Turning>(
     routing_segments: &mut Vec<RoutingSegment<G::Pack>>,
     pieces: &[PiecePlan<G>],

@@ -81,7 +81,7 @@ pub(crate) enum End<P> {
 /// Parts of a tendon in the order of its path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Part {
-    /// A guide of a routing_segment, by the indices of both, and by the index among all guides.
+    /// A guide of a routing segment, by the indices of both, and by the index among all guides.
     Guide {
         routing_segment: usize,
         guide: usize,
@@ -158,10 +158,10 @@ pub(crate) struct RoutingSegment<P> {
     pub(crate) turning: Option<RoutingTurns>,
 }
 
-/// Data for the rotation of guides along a routing_segment.
+/// Data for the rotation of guides along a routing segment.
 #[derive(Clone, Debug)]
 pub(crate) struct RoutingTurns {
-    /// Integration matrix from the start of the routing_segment to its nodes, times the length: entry `[node * nodes +
+    /// Integration matrix from the start of the routing segment to its nodes, times the length: entry `[node * nodes +
     /// l]`.
     pub(crate) up_to: Vec<f64>,
     /// Derivatives of the basis along the rod, per metre: entry `[degree * nodes + node]`.
@@ -170,7 +170,7 @@ pub(crate) struct RoutingTurns {
     pub(crate) reference: Vec<Vector<f64>>,
 }
 
-/// A strain component of the piece of a routing_segment.
+/// A strain component of the piece of a routing segment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoutingComponent {
     /// Index among the six strains.
@@ -179,7 +179,7 @@ pub(crate) struct RoutingComponent {
     pub(crate) modes: usize,
 }
 
-/// One tendon in a routing_segment.
+/// One tendon in a routing segment.
 #[derive(Clone, Debug)]
 pub(crate) struct Guide<P> {
     pub(crate) actuator: usize,
@@ -222,7 +222,7 @@ impl<P> Actuation<P> {
         (0..self.actuators.len()).any(|actuator| self.couples(actuator))
     }
 
-    /// Start of a routing_segment's guide in arrays over all guides: per pack, and per component and pack.
+    /// Start of a routing segment's guide in arrays over all guides: per pack, and per component and pack.
     pub(crate) fn offsets(&self, routing_segment: usize, guide: usize) -> [usize; 2] {
         let before = self.routing_segments[..routing_segment]
             .iter()

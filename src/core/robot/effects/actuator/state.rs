@@ -39,9 +39,9 @@ pub(crate) struct ActuationState<P> {
     /// For all guides, per pack: tension relative to that at the start of the path, and accumulated angle.
     pub(crate) ratios: Vec<P>,
     pub(crate) angles: Vec<P>,
-    /// Per component and pack of a routing_segment: strains, or another field at the nodes.
+    /// Per component and pack of a routing segment: strains, or another field at the nodes.
     pub(crate) field: Vec<P>,
-    /// For all routing_segments and their guides: per component and pack `b_c . t` with the unit tangent t, and per
+    /// For all routing segments and their guides: per component and pack `b_c . t` with the unit tangent t, and per
     /// pack `1 / |u|`.
     pub(crate) slopes: Vec<P>,
     pub(crate) inverse_norms: Vec<P>,
@@ -79,9 +79,9 @@ pub(crate) struct LineState {
 /// Memory for the tangent of the actuators.
 #[derive(Clone, Debug)]
 pub(crate) struct ActuationTangent<P> {
-    /// Per component and pack of a routing_segment: strains, or another field at the nodes.
+    /// Per component and pack of a routing segment: strains, or another field at the nodes.
     pub(crate) field: Vec<P>,
-    /// Per pair of components and pack of a routing_segment: stiffness per length.
+    /// Per pair of components and pack of a routing segment: stiffness per length.
     pub(crate) stiffness: Vec<P>,
     /// For the current actuator, per coordinate: its gradient, the rate of the gradient, the generalised
     /// forces of a unit force, their derivative with respect to the direction of sliding, and the gradient of
@@ -97,10 +97,10 @@ pub(crate) struct ActuationTangent<P> {
     pub(crate) rate_gradients: Vec<f64>,
     /// For tendons with friction, n per straight part: changes of the directions of embedded parts at its
     /// ends.
-    pub(crate) mouths_turned: Vec<[Vector<f64>; 2]>,
-    /// For a routing_segment with friction, per coordinate of its piece and node: derivative of the rotation there.
+    pub(crate) exits_turned: Vec<[Vector<f64>; 2]>,
+    /// For a routing segment with friction, per coordinate of its piece and node: derivative of the rotation there.
     pub(crate) turn_gradients: Vec<f64>,
-    /// Per node of that routing_segment: its share of a force, and the sum over all following nodes.
+    /// Per node of that routing segment: its share of a force, and the sum over all following nodes.
     pub(crate) shares: Vec<f64>,
     pub(crate) behind: Vec<f64>,
 }
@@ -110,12 +110,12 @@ impl<P: Scalar> ActuationState<P> {
         let number = actuation.actuators.len();
         let zero = P::splat(0.0);
         let nodes = |factor: fn(usize) -> usize| {
-            let of_sleeve = actuation.routing_segments.iter().map(|routing_segment| {
+            let of_routing_segment = actuation.routing_segments.iter().map(|routing_segment| {
                 routing_segment.guides.len()
                     * factor(routing_segment.components.len())
                     * routing_segment.packs
             });
-            vec![zero; of_sleeve.sum()]
+            vec![zero; of_routing_segment.sum()]
         };
         let has_friction = actuation.actuators.iter().any(|actuator| actuator.friction.is_some());
         let mut ones = nodes(|_| 1);
@@ -145,7 +145,7 @@ impl<P: Scalar> ActuationState<P> {
 impl<P: Scalar> ActuationTangent<P> {
     pub(crate) fn new(actuation: &Actuation<P>, n: usize) -> Self {
         let zeros = |rows: usize| vec![0.0; if actuation.actuators.is_empty() { 0 } else { rows * n }];
-        let has_mouths = actuation.lines.iter().flat_map(|line| &line.guide_exits).any(Option::is_some);
+        let has_guide_exits = actuation.lines.iter().flat_map(|line| &line.guide_exits).any(Option::is_some);
         let with_turning =
             actuation.routing_segments.iter().filter(|routing_segment| routing_segment.turning.is_some());
         let nodes_of = |routing_segment: &RoutingSegment<P>| routing_segment.packs * LANES;
@@ -167,7 +167,10 @@ impl<P: Scalar> ActuationTangent<P> {
             angle_gradient: zeros(1),
             moved: vec![Vector::zero(); actuation.lines.len() * n],
             rate_gradients: vec![0.0; actuation.lines.len() * n],
-            mouths_turned: vec![[Vector::zero(); 2]; if has_mouths { actuation.lines.len() * n } else { 0 }],
+            exits_turned: vec![
+                [Vector::zero(); 2];
+                if has_guide_exits { actuation.lines.len() * n } else { 0 }
+            ],
             turn_gradients: vec![0.0; gradients],
             shares: vec![0.0; nodes],
             behind: vec![0.0; nodes],
@@ -191,7 +194,7 @@ impl LineState {
     }
 }
 
-/// Memory for values at the nodes of any routing_segment, for the largest number of values.
+/// Memory for values at the nodes of any routing segment, for the largest number of values.
 fn largest<P: Scalar>(actuation: &Actuation<P>, numbers: fn(usize) -> usize) -> Vec<P> {
     let sizes = actuation
         .routing_segments

@@ -233,7 +233,7 @@ pub(super) fn stiffen<P: Lanes>(
             Part::Line(line) => tendon.stiffen_line(line, before.replace(line), memory, n, &mut add),
             Part::Guide { routing_segment, guide } => {
                 before = None;
-                tendon.stiffen_thread(routing_segment, guide, memory, q, &mut add);
+                tendon.stiffen_guide(routing_segment, guide, memory, q, &mut add);
             }
         }
     }
@@ -269,7 +269,7 @@ impl<P: Lanes> Rubbing<'_, P> {
         let of_exit = |end: usize| {
             self.actuation.lines[line].guide_exits[end].as_ref().map(|_| Side {
                 direction: self.state.lines[line].guide_exits[end].0,
-                turned: Turned::GuideExit { turned: &memory.mouths_turned[line * n..][..n], end },
+                turned: Turned::GuideExit { turned: &memory.exits_turned[line * n..][..n], end },
             })
         };
         let entry = before.map_or_else(|| of_exit(0), |before| Some(of_line(before)));
@@ -293,7 +293,7 @@ impl<P: Lanes> Rubbing<'_, P> {
 
     /// The contributions of an embedded part.
     #[inline(always)]
-    fn stiffen_thread(
+    fn stiffen_guide(
         &self,
         s: usize,
         k: usize,
@@ -383,7 +383,7 @@ fn add_corner(before: &Side<'_>, after: &Side<'_>, reaches: &[usize], angle_grad
     }
 }
 
-/// Coordinates of a routing_segment, component by component.
+/// Coordinates of a routing segment, component by component.
 fn coordinates_of<P>(routing_segment: &RoutingSegment<P>) -> impl Iterator<Item = usize> {
     routing_segment.components.iter().flat_map(|component| component.first..component.first + component.modes)
 }

@@ -176,7 +176,7 @@ pub(crate) fn turns_at_exits<G: Turning>(
 
 /// Adds the derivatives, with respect to strains, of the directions of embedded parts that continue at the
 /// ends of a straight part.
-pub(crate) fn add_bending_of_mouths<G: Turning>(
+pub(crate) fn add_bending_at_exits<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     line: usize,

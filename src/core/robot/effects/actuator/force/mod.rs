@@ -149,7 +149,7 @@ pub(crate) fn acceleration<G: Turning>(
     i: usize,
 ) -> f64 {
     let [_, qd, qdd] = [0, 1, 2].map(|part| &work.motion_of[part * plan.n..][..plan.n]);
-    find_gradient_rate_of_sleeves(plan, &work.effects.actuation, memory, i, qd);
+    find_gradient_rate_of_routing_segments(plan, &work.effects.actuation, memory, i, qd);
     let along = |of: &[f64], by: &[f64]| of.iter().zip(by).map(|(of, by)| of * by).sum::<f64>();
     let gradient = &work.effects.actuation.gradients[i * plan.n..][..plan.n];
     let lines = plan.effects.actuation.lines_of(i);
@@ -175,7 +175,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
     #[inline(always)]
     fn call(self) {
         let Self { plan, state, memory, q, qd, weights, tangent } = self;
-        stiffen_sleeves(plan, state, memory, weights, tangent);
+        stiffen_routing_segments(plan, state, memory, weights, tangent);
         for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
             let force = state.forces[i];
             let has_stiffness = force.of_length != 0.0 || force.of_rate != 0.0;
@@ -242,7 +242,7 @@ impl<G: Turning> Sweep for Stiffen<'_, '_, G> {
 
 /// Adds the derivatives due to the curvature of the lengths of embedded parts.
 #[inline(always)]
-fn stiffen_sleeves<G: Turning>(
+fn stiffen_routing_segments<G: Turning>(
     plan: &Plan<G>,
     state: &ActuationState<G::Pack>,
     memory: &mut ActuationTangent<G::Pack>,
@@ -289,7 +289,7 @@ fn find_gradient_rate<G: Turning>(
     actuator: usize,
     qd: &[f64],
 ) {
-    find_gradient_rate_of_sleeves(plan, state, memory, actuator, qd);
+    find_gradient_rate_of_routing_segments(plan, state, memory, actuator, qd);
     for l in plan.effects.actuation.lines_of(actuator) {
         let of_line = &memory.rate_gradients[l * plan.n..][..plan.n];
         for (rate, of_line) in memory.gradient_rate.iter_mut().zip(of_line) {
@@ -299,7 +299,7 @@ fn find_gradient_rate<G: Turning>(
 }
 
 /// The same for its embedded parts only.
-fn find_gradient_rate_of_sleeves<G: Turning>(
+fn find_gradient_rate_of_routing_segments<G: Turning>(
     plan: &Plan<G>,
     state: &ActuationState<G::Pack>,
     memory: &mut ActuationTangent<G::Pack>,

@@ -26,7 +26,7 @@ pub(super) fn fields<P: Lanes>(routing_segment: &RoutingSegment<P>, q: &[f64], f
     }
 }
 
-/// Length of a tendon in a routing_segment with these strains; writes `b_c . t` and `1 / |u|`, and adds the gradient.
+/// Length of a tendon in a routing segment with these strains; writes `b_c . t` and `1 / |u|`, and adds the gradient.
 #[inline(always)]
 pub(super) fn measure<P: Lanes>(
     routing_segment: &RoutingSegment<P>,
