@@ -42,7 +42,7 @@ def parts(path: str) -> list[Part]:
         else:
             found.append(EVERY if index == EVERY else int(index))
         place = match.end()
-    if not found or isinstance(found[0], int):
+    if not found or isinstance(found[0], int) or found[0] == EVERY:
         raise _no_path(path)
     return found
 

@@ -199,6 +199,8 @@ REFUSED = {
     "no table": ({"rad[0].segment[0].radius": [1e-2]}, "rad: the scene has no such key.*did you mean 'rod'"),
     "no segment": ({"rod[0].segment[3].radius": [1e-2]}, r"rod\[0\].segment\[3\]: the scene has 1 entry"),
     "no path": ({"rod[.x": [1.0]}, "expected a path of keys"),
+    "index first": ({"[0].radius": [1e-2]}, "expected a path of keys"),
+    "star first": ({"[*].radius": [1e-2]}, "expected a path of keys"),
     "value": ({E: [1e6, -1.0]}, r"young_modulus'\]\[1\]: got -1.0: .*expected a finite number > 0"),
     "nan": ({E: [1e6, np.nan]}, r"young_modulus'\]\[1\]: got nan, expected a finite number"),
     "twice": ({E: [1e6, 1e6]}, "again, expected each value once"),
@@ -226,6 +228,7 @@ def test_other_arguments_are_refused():
         ({"executor": 3}, TypeError),
         ({"progress": 3}, TypeError),
         ({"control": lambda *_: 0}, TypeError),
+        ({"control_step": 0.1}, TypeError),
         ({"model": 3}, TypeError),
         ({"dt": -1.0}, ValueError),
         ({"nonsense": 1}, TypeError),
@@ -234,6 +237,10 @@ def test_other_arguments_are_refused():
     ):
         with pytest.raises(error):
             lissom.sweep(**({"model": scene(), "parameters": {E: [1e6]}} | changes))
+    # What is refused is not offered.
+    with pytest.raises(TypeError, match=r"'nonsense', expected executor, .*, predictor") as caught:
+        lissom.sweep(scene(), {E: [1e6]}, nonsense=1)
+    assert "control" not in str(caught.value)
     with pytest.raises(ValueError, match="did you mean 'young_modulus'"):
         lissom.sweep(rod, {"yuong_modulus": [1e6]}, t_end=0.1)
     with pytest.raises(ValueError, match="did you mean 'young_modulus'"):

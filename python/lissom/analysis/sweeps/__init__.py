@@ -33,6 +33,9 @@ TASK_BYTES = 2**26
 #: Keywords of `sweep` itself, beside options of `simulate`.
 OWN = ("executor", "store", "combine", "keep", "places", "measure", "workers", "progress")
 
+#: Options of `simulate` that sweeps do not have: a function, which a store could not tell from others.
+NO_OPTIONS = ("control", "control_step")
+
 #: Variables stored per point, in addition to the results of `measure`: the dimensions after those of the
 #: parameters, and a description.
 VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
@@ -110,8 +113,8 @@ def sweep(
         True shows a bar in the terminal; a callable is called as ``progress(done)`` with the number of
         finished points.
     **options
-        Options of `simulate`, except `control` and `progress`. They override those of a scene; models and
-        functions that return models need `t_end`.
+        Options of `simulate`, except `control` and `control_step`. They override those of a scene; models
+        and functions that return models need `t_end`.
 
     Returns
     -------
@@ -149,10 +152,11 @@ def sweep(
     grid = Grid(parameters, combine)
     wants = _wants(keep, places, measure, workers if executor is None else workers or 1)
     source = source_of(model, options)
-    for name in ("control", "progress", "keep", "places", "workers"):
+    for name in NO_OPTIONS:
         if name in options:
             raise TypeError(f"{name}: expected nothing: it is no option of sweeps")
-    of_simulate = [name for name in inspect.signature(simulate).parameters if name not in ("model", *OWN)]
+    others = ("model", *NO_OPTIONS, *OWN)
+    of_simulate = [name for name in inspect.signature(simulate).parameters if name not in others]
     keywords("sweep", options, (*OWN, *of_simulate))
     source.check_names(list(grid.values))
     adapted, threads = (None, None) if executor is None else executors.adapted(executor)
