@@ -72,8 +72,9 @@ class FitResult(ParameterResult):
     intervals : ndarray, shape (p, 2)
         Confidence intervals from Student's t distribution, exact if the model is linear in the parameters and
         the noise is normal and independent. Those of parameters whose lower bound is not negative are
-        intervals of their logarithms, hence positive. Where such an interval leaves the bounds, or the value
-        is at one, the profile of the likelihood gives the ends, or the bound is the end.
+        intervals of their logarithms if half the width is not more than the value. Where an interval leaves
+        the bounds, or the value is at one, the profile of the likelihood gives both ends, or the bound is an
+        end.
     undetermined : tuple of str
         Parameters that the data do not determine, alone or together.
     residuals : ndarray, shape (k, places, 3) or (k,)
@@ -191,7 +192,8 @@ def fit(
         Before the first run, if an argument is invalid, a name is unknown, bounds are reversed, or there are
         fewer measured numbers than parameters.
     KeyboardInterrupt
-        After Ctrl-C; its attribute `result` is the FitResult of the best run until then, if one was complete.
+        After Ctrl-C; its attribute `result` is the FitResult of the best run until then, if one was complete,
+        or that of the search if only profiles were left.
     LissomError
         If with the initial values a run fails or no equilibrium is found; the message lists the parameters.
     ImportError
@@ -365,9 +367,6 @@ class _Search:
                 gtol=GTOL,
             )
             at_end = self._evaluated(solved.x)
-            words = MESSAGES[min(max(solved.status, 0), 4)].format(runs=self.max_runs)
-            found = solved.x, *at_end, solved.active_mask, bool(solved.status > 0), words
-            return self._result(*found, self._within_bounds)
         except KeyboardInterrupt as error:
             if self.best is not None:
                 message = f"Interrupted after {self.runs} runs; these are the best values until then."
@@ -378,6 +377,17 @@ class _Search:
             else:
                 # That of the first run, or of its equilibrium, is no FitResult.
                 vars(error).pop("result", None)
+            raise
+        words = MESSAGES[min(max(solved.status, 0), 4)].format(runs=self.max_runs)
+        found = solved.x, *at_end, solved.active_mask, bool(solved.status > 0)
+        try:
+            return self._result(*found, words, self._within_bounds)
+        except KeyboardInterrupt as error:
+            words += (
+                f" Interrupted after {self.runs} runs, at the profiles: the intervals are those of the "
+                "covariance, cut at their bounds."
+            )
+            error.result = self._result(*found, words)  # type: ignore[attr-defined]
             raise
 
     def _evaluated(self, z: Array) -> tuple[Array, Array]:
@@ -424,7 +434,7 @@ class _Search:
         residual: Array,
         jacobian: Array,
         more: float,
-        is_at_bound: NDArray[np.bool_],
+        active: Array,
     ) -> str:
         """Move the ends of intervals that leave the bounds; what there is to say."""
         lowest, _, highest = self.bounds
@@ -439,27 +449,25 @@ class _Search:
         profile = Profile(evaluated, z, jacobian, float(residual @ residual), more, *limits)
         cut: list[str] = []
         for i, name in enumerate(self.names):
-            leaves = [intervals[i, 0] < lowest[i], intervals[i, 1] > highest[i]]
-            if is_at_bound[i]:
-                leaves = [True, True]
-            if not any(leaves):
-                continue
             guess = intervals[i] / self._scale[i]
+            leaves = intervals[i, 0] < lowest[i] or intervals[i, 1] > highest[i]
             intervals[i] = np.clip(intervals[i], lowest[i], highest[i])
-            if not np.isfinite(guess).all() or more <= 0.0:
-                # The data do not determine it.
+            # Intervals of what the data do not determine are infinite.
+            if not (leaves or active[i]) or not np.isfinite(guess).all() or more <= 0.0:
                 continue
             try:
                 for k, side in enumerate((-1, 1)):
-                    if leaves[k]:
+                    if active[i] == side:
+                        intervals[i, k] = (lowest, highest)[k][i]
+                    else:
                         intervals[i, k] = profile.end(i, side, guess[k]) * self._scale[i]
             except OutOfRuns:
                 cut.append(name)
         if not cut:
             return ""
         return (
-            f" The intervals of {', '.join(cut)} are the linear ones, cut at their bounds: "
-            f"{self.max_runs} runs (max_runs) did not find their ends."
+            f" Ends of the intervals of {', '.join(cut)} are those of the covariance, cut at their bounds: "
+            f"{self.max_runs} runs (max_runs) did not find them."
         )
 
     def _result(
@@ -490,14 +498,12 @@ class _Search:
             message += f" The data do not determine {', '.join(undetermined)}."
         if at_bounds:
             message += f" At a bound: {', '.join(at_bounds)}; the intervals end there."
-        if self.failures:
-            message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
         if refine is not None:
-            message += refine(
-                intervals, z, residual, jacobian, (quantile * noise) ** 2, np.asarray(active) != 0
-            )
+            message += refine(intervals, z, residual, jacobian, (quantile * noise) ** 2, active)
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
+        if self.failures:
+            message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
         model = self.make(dict(zip(names, values.tolist(), strict=True)))
         return FitResult(
             names=tuple(names),

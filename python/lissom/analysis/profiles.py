@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,16 @@ Array = NDArray[np.float64]
 #: Residuals and their Jacobian at values of the parameters.
 Evaluated = Callable[[Array], tuple[Array, Array]]
 
-#: An end of an interval is found if the square root of the sum of squares is right to this part.
+#: An end of an interval is found if the square root of the sum of squares is right to this part, or its
+#: distance from the best value, which is almost proportional to that.
 CLOSE = 1e-2
 
-#: Most steps of the search for an end, and most doublings of the way to one beyond.
+#: Most steps by regula falsi before bisection, and most doublings of the way to an end.
 MOST_STEPS, MOST_DOUBLINGS = 20, 40
+
+#: Largest half width, relative to the value, of an interval of the logarithm. The linear interval of a wider
+#: one leaves the bound of zero, so that its profile is asked; that of the logarithm never would.
+NARROW = 1.0
 
 #: What the sum of squares at one value of a parameter is relative to its change when the others have settled.
 SETTLED = 1e-4
@@ -28,15 +34,15 @@ class OutOfRuns(Exception):
 
 
 def on_scale(values: Array, width: Array, lowest: Array) -> Array:
-    """Intervals (p, 2) of values and half widths (p,), which stay positive where the lowest value is.
+    """Intervals (p, 2) of values and half widths (p,), of logarithms where the lowest value is not negative.
 
     There the logarithm of the value has the half width ``width / value``: the same for narrow intervals.
+    Wide ones stay linear.
     """
     intervals = np.stack([values - width, values + width], axis=1)
-    is_positive = (lowest >= 0.0) & (values > 0.0) & np.isfinite(width)
-    with np.errstate(over="ignore"):
-        factor = np.exp(width[is_positive] / values[is_positive])
-    intervals[is_positive] = np.stack([values[is_positive] / factor, values[is_positive] * factor], axis=1)
+    is_scale = (lowest >= 0.0) & (values > 0.0) & (width <= NARROW * values)
+    factor = np.exp(width[is_scale] / values[is_scale])
+    intervals[is_scale] = np.stack([values[is_scale] / factor, values[is_scale] * factor], axis=1)
     return intervals
 
 
@@ -60,6 +66,7 @@ class Profile:
     def end(self, which: int, side: int, guess: float) -> float:
         """The end of the interval of a parameter below (-1) or above (1), or the bound before it.
 
+        The search begins at a guess, which is on that side; the end is infinite if nothing is found beyond.
         Raises OutOfRuns if `evaluated` does.
         """
         best = float(self.best[which])
@@ -68,32 +75,36 @@ class Profile:
         of_others = np.delete(self.jacobian, which, axis=1)
         self._slope = -np.linalg.lstsq(of_others, self.jacobian[:, which], rcond=None)[0]
         bound = float((self.lowest, self.highest)[side > 0][which])
-        if best == bound:
-            return bound
-        far = bound
-        if not np.isfinite(far):
-            far = guess
-            for _ in range(MOST_DOUBLINGS):
-                if self._above(which, far) > 0.0:
-                    break
-                far = best + 2.0 * (far - best)
-            else:
-                return side * np.inf
-        return self._between(which, best, far)
+        # Nothing is between, as far as numbers tell.
+        if best in (bound, guess):
+            return best
+        near, below, far = best, -1.0, guess
+        for _ in range(MOST_DOUBLINGS):
+            far = max(far, bound) if side < 0 else min(far, bound)
+            above = self._above(which, far)
+            if above > 0.0:
+                return self._between(which, (near, below), (far, above))
+            if far == bound:
+                return bound
+            near, below = far, above
+            far = best + 2.0 * (far - best)
+        return side * np.inf
 
-    def _between(self, which: int, near: float, far: float) -> float:
-        """The end between a value that belongs to the interval and another one.
+    def _between(self, which: int, inner: tuple[float, float], outer: tuple[float, float]) -> float:
+        """The end between a value that belongs to the interval and another one, each with what `_above` says.
 
-        By regula falsi (Dowell and Jarratt 1971, the Illinois rule): the square root is almost linear.
+        By regula falsi (Dowell and Jarratt 1971, the Illinois rule): the square root is almost linear. Where
+        runs fail it jumps; bisection ends at such a place.
         """
-        below, above = -1.0, self._above(which, far)
-        if above <= 0.0:
-            return far
-        # The least sum of squares can be infinite where runs fail.
+        (near, below), (far, above) = inner, outer
+        best = float(self.best[which])
         last = 0
-        for _ in range(MOST_STEPS):
-            part = below / (below - above) if np.isfinite(above) else 0.5
+        for step in count():
+            is_smooth = np.isfinite(above) and step < MOST_STEPS
+            part = below / (below - above) if is_smooth else 0.5
             middle = near + min(max(part, 0.05), 0.95) * (far - near)
+            if abs(far - near) <= CLOSE * abs(far - best) or middle in (near, far):
+                break
             found = self._above(which, middle)
             if abs(found) <= CLOSE:
                 return middle
@@ -108,7 +119,10 @@ class Profile:
         return near
 
     def _above(self, which: int, value: float) -> float:
-        """How far the square root of the growth is above that of the end, relative to it."""
+        """How far the square root of the growth is above that of the end, relative to it.
+
+        It is infinite where runs fail.
+        """
         grown = max(self._square(which, value) - self.least, 0.0)
         return float(np.sqrt(grown / self.more) - 1.0)
 

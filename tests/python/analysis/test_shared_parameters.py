@@ -217,12 +217,17 @@ def test_ends_within_bounds_are_those_of_the_likelihood():
 
 
 def test_what_is_positive_has_positive_intervals():
-    values, width = np.array([1.0, 1.0, 0.0, 1.0]), np.array([2.0, 1e-3, 0.5, np.inf])
+    values, width = np.array([1.0, 1.0, 0.0, 1.0]), np.array([0.9, 1e-3, 0.5, np.inf])
     found = on_scale(values, width, np.array([0.0, 0.0, 0.0, 0.0]))
-    np.testing.assert_allclose(found[0], [math.exp(-2), math.exp(2)])
+    np.testing.assert_allclose(found[0], [math.exp(-0.9), math.exp(0.9)])
     np.testing.assert_allclose(found[1], [1 - 1e-3, 1 + 1e-3], atol=1e-6)
     np.testing.assert_array_equal(found[2:], [[-0.5, 0.5], [-np.inf, np.inf]])
-    np.testing.assert_array_equal(on_scale(values, width, np.full(4, -1.0))[0], [-1.0, 3.0])
+    np.testing.assert_allclose(on_scale(values, width, np.full(4, -1.0))[0], [0.1, 1.9])
+    # Wide ones leave the bound, also of values that are almost zero, and their profiles are asked.
+    values, width = np.array([1.0, 8.4e-4, 1e-14]), np.array([1.1, 0.043, 0.05])
+    np.testing.assert_array_equal(
+        on_scale(values, width, np.zeros(3)), np.stack([values - width, values + width], axis=1)
+    )
 
 
 def test_values_at_a_bound_have_intervals_that_begin_there():
@@ -234,6 +239,39 @@ def test_values_at_a_bound_have_intervals_that_begin_there():
     assert found.at_bounds == (name,)
     assert found.intervals[0, 0] == 4e5 < found.intervals[0, 1] < 1e6
     assert "At a bound: segments[*].young_modulus; the intervals end there." in found.message
+
+
+def barely_damped(damping=0.02):
+    """A rod of which a short and noisy motion hardly tells the damping."""
+    material = {"young_modulus": 3e5, "shear_modulus": 4e5, "density": 1100, "retardation_time": damping}
+    return lissom.Rod([lissom.Segment(0.3, 0.01, **material, modes={"bend_y": 2})])
+
+
+@pytest.mark.parametrize("highest", [1.0, 50.0, np.inf])
+@pytest.mark.parametrize(("seed", "is_at_bound"), [(1, False), (3, True)])
+def test_intervals_of_values_at_zero_end_where_the_data_say(seed, is_at_bound, highest):
+    """Also of values that are positive by rounding alone, or much smaller than their errors."""
+    from scipy.optimize import brentq
+    from scipy.stats import t as student
+
+    name = "segments[0].retardation_time"
+    data = measured(barely_damped(), 0.04, 0.3, seed)
+
+    def of(damping):
+        return square(barely_damped(damping), data)
+
+    found = lissom.fit(barely_damped(), data, {name: (0, 1e-2, highest)})
+    assert found.at_bounds == ((name,) if is_at_bound else ())
+    assert 0.0 < found.values[0] < 0.1 * math.sqrt(found.covariance[0, 0])
+    freedom = data[1].size - 1
+    quantile = student.ppf(0.975, freedom)
+    least = of(found.values[0])
+    allowed = least * (1.0 + quantile**2 / freedom)
+    assert of(0.0) < allowed
+    end = brentq(lambda damping: of(damping) - allowed, found.values[0], 1.0)
+    # Far from that of the linear interval.
+    assert end > 2.0 * (found.values[0] + quantile * math.sqrt(found.covariance[0, 0]))
+    np.testing.assert_allclose(found.intervals, [[0.0, end]], rtol=0.02)
 
 
 def test_what_is_not_determined_lies_between_its_bounds():
@@ -295,14 +333,84 @@ def test_profiles_without_an_end_and_without_runs():
         Profile(exhausted, np.zeros(1), np.ones((2, 1)), 1.0, 0.5, -nowhere, nowhere).end(0, 1, 1.0)
 
 
+def test_profiles_end_where_runs_fail():
+    """There the sum of squares jumps, which regula falsi alone does not find in any number of steps."""
+    runs = []
+
+    def evaluated(p):
+        runs.append(p[0])
+        residual = p[0] if p[0] <= 1e-3 else np.inf
+        return np.array([residual, 1.0]), np.array([[1.0], [0.0]])
+
+    nowhere = np.array([np.inf])
+    for highest in (np.inf, 1e6):
+        profile = Profile(evaluated, np.zeros(1), np.eye(2, 1), 1.0, 1.0, -nowhere, np.array([highest]))
+        assert profile.end(0, 1, 1e6) == pytest.approx(1e-3, rel=0.01)
+    assert max(runs) == 1e6
+    # The first guess is taken, not the bound.
+    runs.clear()
+    profile = Profile(evaluated, np.zeros(1), np.eye(2, 1), 1.0, 1e-8, -nowhere, np.array([1e6]))
+    assert profile.end(0, 1, 1.1e-4) == pytest.approx(1e-4, rel=0.01)
+    assert max(runs) == 1.1e-4
+    # There is nothing between the value and its bound, or its guess.
+    runs.clear()
+    assert [profile.end(0, -1, 0.0), Profile.end(profile, 0, 1, 0.0)] == [0.0, 0.0]
+    assert not runs
+
+
 def test_too_few_runs_for_profiles_are_told(monkeypatch):
     data = measured(rod(), 0.1, 0.2)
     bounds = {"segments[*].young_modulus": (1.5e5, 2.5e5, 2e6)}
     monkeypatch.setattr(fits.Profile, "end", lambda *_: (_ for _ in ()).throw(OutOfRuns))
     found = lissom.fit(rod(), data, bounds)
     assert found.success
-    assert "cut at their bounds: 100 runs (max_runs) did not find their ends" in found.message
+    name = "segments[*].young_modulus"
+    assert (
+        f"Ends of the intervals of {name} are those of the covariance, cut at their bounds: "
+        "100 runs (max_runs) did not find them"
+    ) in found.message
     assert 1.5e5 <= found.intervals[0, 0] < found.intervals[0, 1] <= 2e6
+
+
+@pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
+def test_what_happens_in_profiles_is_told(kind, monkeypatch):
+    """A run that fails there counts, and Ctrl-C there does not take back that the search has converged."""
+    data = measured(rod(), 1e-3)
+    bounds = {"segments[*].young_modulus": (4e5, 5e5, 1e6), "segments[*].retardation_time": (1e-3, 0.01, 0.1)}
+    whole = lissom.fit(rod(), data, bounds)
+    real, ends = fits.model_with, []
+
+    def failing(model, values):
+        if ends == [None]:
+            ends.append(kind("enough"))
+            raise ends[-1]
+        return real(model, values)
+
+    def end(*arguments):
+        if not ends:
+            ends.append(None)
+        return real_end(*arguments)
+
+    real_end = fits.Profile.end
+    monkeypatch.setattr(fits, "model_with", failing)
+    monkeypatch.setattr(fits.Profile, "end", end)
+    if kind is KeyboardInterrupt:
+        with pytest.raises(KeyboardInterrupt) as caught:
+            lissom.fit(rod(), data, bounds)
+        found = caught.value.result
+        assert "Interrupted after" in found.message
+        assert "the intervals are those of the covariance, cut at their bounds" in found.message
+        low, high = found.intervals.T
+        assert (low >= [4e5, 1e-3]).all()
+        assert (high <= [1e6, 0.1]).all()
+    else:
+        found = lissom.fit(rod(), data, bounds)
+        assert f"1 of {found.runs} trial runs failed" in found.message
+        assert "enough" in found.message
+    assert found.success
+    assert found.message.startswith("Converged")
+    assert found.at_bounds == whole.at_bounds == ("segments[*].young_modulus",)
+    np.testing.assert_array_equal(found.values, whole.values)
 
 
 def test_messages_are_in_words():
