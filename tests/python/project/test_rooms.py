@@ -20,7 +20,7 @@ def modules():
     """
     found = {}
     for file in sorted(SOURCE.rglob("*.rs")):
-        if file.parent == SOURCE / "core" and file.name in ("lib.rs", "build.rs"):
+        if file.parent in (SOURCE / "core", SOURCE / "extension") and file.name in ("lib.rs", "build.rs"):
             continue
         path = file.relative_to(SOURCE).with_suffix("").parts
         path = path[path[0] == "core" :]

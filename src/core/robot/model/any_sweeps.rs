@@ -4,16 +4,23 @@ use crate::numerics::lie::{Planar, Plane, Spatial};
 use crate::robot::choice::Kernel;
 use crate::robot::compile;
 use crate::robot::description::Robot;
+use crate::robot::plan::Plan;
 use crate::robot::sweeps::Sweeps;
+use crate::robot::turning::Turning;
 
+/// Boxed, because runs within runs move models on the stack (`test_endless_nesting_is_a_recursion_error`).
 #[derive(Clone, Debug)]
 pub(super) enum AnySweeps {
-    Planar(Sweeps<Planar<true>>),
-    Spatial(Sweeps<Spatial<true>>),
+    Planar(Box<Sweeps<Planar<true>>>),
+    Spatial(Box<Sweeps<Spatial<true>>>),
     #[cfg(portable)]
-    PortablePlanar(Sweeps<Planar<false>>),
+    PortablePlanar(Box<Sweeps<Planar<false>>>),
     #[cfg(portable)]
-    PortableSpatial(Sweeps<Spatial<false>>),
+    PortableSpatial(Box<Sweeps<Spatial<false>>>),
+}
+
+fn boxed<G: Turning>(plan: Plan<G>) -> Box<Sweeps<G>> {
+    Box::new(Sweeps::new(plan))
 }
 
 impl AnySweeps {
@@ -23,38 +30,38 @@ impl AnySweeps {
         #[cfg(portable)]
         if !is_fused {
             return match plane {
-                Some(plane) => Self::PortablePlanar(Sweeps::new(compile::plan(robot, plane))),
-                None => Self::PortableSpatial(Sweeps::new(compile::plan(robot, ()))),
+                Some(plane) => Self::PortablePlanar(boxed(compile::plan(robot, plane))),
+                None => Self::PortableSpatial(boxed(compile::plan(robot, ()))),
             };
         }
         let _ = is_fused;
         match plane {
-            Some(plane) => Self::Planar(Sweeps::new(compile::plan(robot, plane))),
-            None => Self::Spatial(Sweeps::new(compile::plan(robot, ()))),
+            Some(plane) => Self::Planar(boxed(compile::plan(robot, plane))),
+            None => Self::Spatial(boxed(compile::plan(robot, ()))),
         }
     }
 
     /// Sweeps of the same kind for another robot.
     pub(super) fn with_robot(&self, robot: &Robot) -> Self {
         match self {
-            Self::Planar(sweeps) => Self::Planar(sweeps.with_robot(robot)),
-            Self::Spatial(sweeps) => Self::Spatial(sweeps.with_robot(robot)),
+            Self::Planar(sweeps) => Self::Planar(Box::new(sweeps.with_robot(robot))),
+            Self::Spatial(sweeps) => Self::Spatial(Box::new(sweeps.with_robot(robot))),
             #[cfg(portable)]
-            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.with_robot(robot)),
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(Box::new(sweeps.with_robot(robot))),
             #[cfg(portable)]
-            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.with_robot(robot)),
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(Box::new(sweeps.with_robot(robot))),
         }
     }
 
     /// Sweeps of the same robot with one piece per link.
     pub(super) fn taken_apart(&self, robot: &Robot) -> Self {
         match self {
-            Self::Planar(sweeps) => Self::Planar(sweeps.taken_apart(robot)),
-            Self::Spatial(sweeps) => Self::Spatial(sweeps.taken_apart(robot)),
+            Self::Planar(sweeps) => Self::Planar(Box::new(sweeps.taken_apart(robot))),
+            Self::Spatial(sweeps) => Self::Spatial(Box::new(sweeps.taken_apart(robot))),
             #[cfg(portable)]
-            Self::PortablePlanar(sweeps) => Self::PortablePlanar(sweeps.taken_apart(robot)),
+            Self::PortablePlanar(sweeps) => Self::PortablePlanar(Box::new(sweeps.taken_apart(robot))),
             #[cfg(portable)]
-            Self::PortableSpatial(sweeps) => Self::PortableSpatial(sweeps.taken_apart(robot)),
+            Self::PortableSpatial(sweeps) => Self::PortableSpatial(Box::new(sweeps.taken_apart(robot))),
         }
     }
 
@@ -74,10 +81,10 @@ impl AnySweeps {
     /// The same sweeps without skipping anything.
     pub(super) fn with_nothing_skipped(&self) -> Self {
         match self {
-            Self::Spatial(sweeps) => Self::Spatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped())),
+            Self::Spatial(sweeps) => Self::Spatial(boxed(sweeps.plan().clone().with_nothing_skipped())),
             #[cfg(portable)]
             Self::PortableSpatial(sweeps) => {
-                Self::PortableSpatial(Sweeps::new(sweeps.plan().clone().with_nothing_skipped()))
+                Self::PortableSpatial(boxed(sweeps.plan().clone().with_nothing_skipped()))
             }
             _ => unreachable!("in a plane, something is skipped"),
         }
