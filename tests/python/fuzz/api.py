@@ -301,7 +301,9 @@ def run(path: Path, clock) -> judge.Outcome:
 #: Classes that only contain the given numbers.
 CONTAINERS = (
     "lissom.Balance",
+    "lissom.ContactEvent",
     "lissom.LinearModel",
+    "lissom.Touch",
     "lissom.gym.Outcome",
     "lissom.gym.Start",
     "lissom.gym.States",
