@@ -62,6 +62,8 @@ def build() -> str:
         "bench",
         "--locked",
         "--quiet",
+        "--package",
+        "lissom",
         "--no-default-features",
         "--bench",
         "instructions",
