@@ -1,4 +1,4 @@
-//! Effects that act on a robot: one folder per effect, all of which are listed here. The sweeps use only the traits in [`kinds`].
+//! Effects that act on a robot: one folder per effect, all of which are listed here. The sweeps use only the traits in `kinds`.
 
 pub mod actuator;
 pub mod contact;
