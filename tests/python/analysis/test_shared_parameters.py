@@ -167,7 +167,6 @@ def test_values_that_differ_are_told():
 
 
 def test_sweeps_set_all():
-    pytest.importorskip("xarray")
     values = [3e5, 4e5]
     found = lissom.sweep(rod(), {"segments[*].young_modulus": values}, t_end=0.1)
     right = [lissom.simulate(rod(value), 0.1).q[-1] for value in values]

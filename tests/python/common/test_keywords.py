@@ -34,7 +34,6 @@ PENDULUM = lissom.SpringPendulum()
     ],
 )
 def test_the_one_that_may_be_meant_is_named(call, message):
-    pytest.importorskip("xarray")
     with pytest.raises(TypeError, match=message):
         call()
 

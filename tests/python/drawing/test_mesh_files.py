@@ -7,14 +7,13 @@ import itertools
 import json
 import struct
 
+import h5py
 import numpy as np
 import pytest
 import trimesh
 
 import lissom
 from lissom.drawing import paraview
-
-h5py = pytest.importorskip("h5py")
 
 MATERIAL = {"young_modulus": 2e6, "poisson_ratio": 0.4, "density": 1000.0}
 
