@@ -45,7 +45,8 @@ DIRECTIONS = {
 #: Metres in an inch.
 INCH = 0.0254
 
-#: Narrowest and widest figure, metres. In narrower ones the words beside the bar do not fit (`test_words_do_not_run_into_the_bar`).
+#: Narrowest and widest figure, metres. The words beside the bar need the narrowest width
+#: (`test_words_do_not_run_into_the_bar`).
 WIDTHS = (0.04, 2.0)
 
 #: Number of shapes if no times are given.
