@@ -10,7 +10,6 @@
 use crate::analysis::spectrum::Spectrum;
 use crate::error::Number;
 use crate::model::Model;
-use crate::numerics::linalg::Matrix;
 
 /// Errors of the tip above this fraction of the length cause a warning.
 const WORTH_A_WARNING: f64 = 1e-2;
@@ -71,12 +70,12 @@ impl Vibration {
 }
 
 impl Unseen {
-    /// Vibrations of a run from `q0`, `v0` with steps of size `dt`. `None` for large models, for constrained
+    /// Vibrations of a run from the state (q, v, a) with steps of size `dt`. `None` for large models, for constrained
     /// models and for models without a spectrum at the start.
     pub(crate) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
-        [q0, v0]: [&[f64]; 2],
+        start: [&[f64]; 3],
         dt: f64,
     ) -> Option<Self> {
         let n = model.facts().n;
@@ -84,14 +83,11 @@ impl Unseen {
         if n > MOST_COORDINATES || model.facts().constraints() > 0 {
             return None;
         }
-        let spectrum = Spectrum::new(model, t_span.0, q0, v0)?;
-        let mut mass = Matrix::zeros(n, n);
-        model.mass_matrix(q0, &mut mass);
+        let spectrum = Spectrum::by_tangent(model, t_span.0, start)?;
         let oscillates =
             |mode: &&crate::analysis::spectrum::Vibration| mode.frequency > 0.0 && !mode.is_overdamped();
         let vibrations = spectrum.modes.iter().filter(oscillates).map(|mode| {
             let square = mode.frequency * mode.frequency;
-            let row = |i: usize| (0..n).map(|j| mass[(i, j)] * mode.shape[j]).sum::<f64>() / square;
             let (decay, drift) = (0.5 * mode.damping.max(0.0), drift(mode.frequency, dt));
             let lasting = (1.0 / decay).min(2.0 / drift);
             Vibration {
@@ -101,16 +97,13 @@ impl Unseen {
                 lasting,
                 most: grown(lasting, decay, drift),
                 shape: mode.shape.clone(),
-                weights: (0..n).map(row).collect(),
+                weights: mode.momentum.iter().map(|momentum| momentum / square).collect(),
                 error: 0.0,
                 distance: 0.0,
             }
         });
         let mut unseen = Self { dt, t_span, vibrations: vibrations.collect() };
-        let mut a0 = vec![0.0; n];
-        let mut scratch = crate::model::ForwardScratch::of(model);
-        model.forward_dynamics(q0, v0, &mut a0, &mut scratch).ok()?;
-        unseen.step(t_span.0, &a0);
+        unseen.step(t_span.0, start[2]);
         Some(unseen)
     }
 

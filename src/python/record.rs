@@ -2,6 +2,7 @@
 
 use numpy::PyUntypedArray;
 use pyo3::PyTypeInfo;
+use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
@@ -56,8 +57,9 @@ fn protect(value: &Bound<'_, PyAny>) -> PyResult<()> {
         return dict.iter().try_for_each(|(_, item)| protect(&item));
     }
     if value.is_instance_of::<PyUntypedArray>() {
-        protect(&value.getattr("base")?)?;
-        value.getattr("flags")?.setattr("writeable", false)?;
+        let py = value.py();
+        protect(&value.getattr(intern!(py, "base"))?)?;
+        value.getattr(intern!(py, "flags"))?.setattr(intern!(py, "writeable"), false)?;
     }
     Ok(())
 }

@@ -79,6 +79,9 @@ pub struct Facts {
 }
 
 impl Facts {
+    /// Coordinates up to which steps are compiled for each number of them. With more, the model takes most of a step.
+    pub const MOST_PLAIN: usize = 4;
+
     /// Facts of a model of `n` coordinates and a `length` in metres, whose generalised force is a smooth function of coordinates,
     /// velocities and accelerations, and of nothing else: no time, inputs, prescribed motions, constraints, contacts, stops or
     /// springs to the world. Coordinates are plain numbers of which one is a large change, and all may turn something. Forces may
@@ -127,6 +130,24 @@ impl Facts {
     /// Number of inputs u.
     pub fn inputs(&self) -> usize {
         self.default_inputs.len()
+    }
+
+    /// What steps have to look after beside coordinates, in words: constraints, contact, rotation vectors that become too long, and
+    /// what varies in time, whose corners end steps. Steps ask a model for none of it where this is empty.
+    pub fn watched(&self) -> Vec<&'static str> {
+        let all = [
+            (self.constraints() > 0, "closed loops or tendons that do not stretch"),
+            (self.has_contact, "contact"),
+            (self.varies_in_time, "functions of time"),
+            (!self.rotation_vectors.is_empty(), "rotation vectors"),
+        ];
+        all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, what)| what).collect()
+    }
+
+    /// Whether fixed steps take the short way: few coordinates, and nothing to [look after](Self::watched). Decided once, before
+    /// the first step.
+    pub fn has_plain_steps(&self) -> bool {
+        (1..=Self::MOST_PLAIN).contains(&self.n) && self.watched().is_empty()
     }
 
     /// Rejects models with constraints, on behalf of a method that does not support them.

@@ -3,11 +3,9 @@
 use std::fmt::Debug;
 use std::ops::{Deref, DerefMut};
 
-use crate::model::Facts;
-
 /// As many numbers as a system has unknowns. Steppers are written once for all kinds of them.
 pub(super) trait Numbers: Clone + Debug + DerefMut<Target = [f64]> {
-    /// Whether such a system is [plain](is_plain), so that nothing needs to ask it.
+    /// Whether steps of such a system have [nothing to look after](crate::model::Facts::watched), so that nothing needs to ask it.
     const IS_PLAIN: bool;
 
     fn zeros(n: usize) -> Self;
@@ -65,14 +63,4 @@ impl<const N: usize> Numbers for Few<N> {
     fn lengthen(&mut self, n: usize) {
         assert_eq!(n, N, "plain systems have no constraints");
     }
-}
-
-/// Whether steps of a system have to look after nothing but its coordinates: no constraints, contacts or rotation vectors, and
-/// nothing that varies in time, whose corners end steps.
-pub(super) fn is_plain(facts: &Facts) -> bool {
-    facts.constraints() == 0
-        && !facts.has_contact
-        && !facts.is_one_sided
-        && !facts.varies_in_time
-        && facts.rotation_vectors.is_empty()
 }

@@ -27,30 +27,54 @@ impl Form {
         }
     }
 
-    /// `y <- polynomial(x)`, the components from `first` on.
-    fn evaluate(self, coefficients: &[f64], x: f64, first: usize, y: &mut [f64]) {
+    /// The polynomial at each of these x, one after another: as many components from `first` on as `y` has room for.
+    fn evaluate(self, coefficients: &[f64], xs: &[f64], first: usize, y: &mut [f64]) {
+        let nested = |k: usize, x: f64| if k.is_multiple_of(2) { 1.0 - x } else { x };
         match self {
-            // The fifth-order pair's, whose sum is unrolled.
-            Self::Monomial { degree: 4 } => sum(5, |_| x, coefficients, first, y),
-            Self::Monomial { degree } => sum(1 + degree, |_| x, coefficients, first, y),
-            Self::Nested { terms } => {
-                let factor = |k: usize| if k.is_multiple_of(2) { 1.0 - x } else { x };
-                sum(1 + terms, factor, coefficients, first, y);
-            }
+            // Those of the explicit pairs, whose sums are unrolled.
+            Self::Monomial { degree: 4 } => sums::<5>(|_, x| x, coefficients, xs, first, y),
+            Self::Nested { terms: 7 } => sums::<8>(nested, coefficients, xs, first, y),
+            Self::Monomial { degree } => sums_of(1 + degree, |_, x| x, coefficients, xs, first, y),
+            Self::Nested { terms } => sums_of(1 + terms, nested, coefficients, xs, first, y),
         }
     }
 }
 
 /// Sums from the innermost of these vectors to the outermost, times a factor each.
-#[inline(always)]
-fn sum(vectors: usize, factor: impl Fn(usize) -> f64, coefficients: &[f64], first: usize, y: &mut [f64]) {
-    let n = coefficients.len() / vectors;
-    for (i, y) in y.iter_mut().enumerate() {
-        let mut value = 0.0;
-        for k in (1..vectors).rev() {
-            value = (value + coefficients[k * n + first + i]) * factor(k);
+fn sums_of(
+    vectors: usize,
+    factor: impl Fn(usize, f64) -> f64,
+    coefficients: &[f64],
+    xs: &[f64],
+    first: usize,
+    y: &mut [f64],
+) {
+    let (all, n) = (coefficients.len() / vectors, y.len() / xs.len());
+    for (row, &x) in y.chunks_exact_mut(n).zip(xs) {
+        for (i, y) in row.iter_mut().enumerate() {
+            let inner = (1..vectors)
+                .rev()
+                .fold(0.0, |sum, k| (sum + coefficients[k * all + first + i]) * factor(k, x));
+            *y = coefficients[first + i] + inner;
         }
-        *y = coefficients[first + i] + value;
+    }
+}
+
+/// [`sums_of`] as many vectors as the compiler knows.
+fn sums<const VECTORS: usize>(
+    factor: impl Fn(usize, f64) -> f64,
+    coefficients: &[f64],
+    xs: &[f64],
+    first: usize,
+    y: &mut [f64],
+) {
+    let (all, n) = (coefficients.len() / VECTORS, y.len() / xs.len());
+    for i in 0..n {
+        let of_component: [f64; VECTORS] = std::array::from_fn(|k| coefficients[k * all + first + i]);
+        for (row, &x) in y.chunks_exact_mut(n).zip(xs) {
+            let inner = (1..VECTORS).rev().fold(0.0, |sum, k| (sum + of_component[k]) * factor(k, x));
+            row[i] = of_component[0] + inner;
+        }
     }
 }
 
@@ -63,16 +87,33 @@ pub(crate) struct StepPolynomial<'a> {
     pub(super) t: f64,
 }
 
+/// Times at which a polynomial is evaluated together: what is known of a step is read once, and their x fit on the stack.
+const TOGETHER: usize = 64;
+
 impl StepPolynomial<'_> {
     /// `y <- y(t)`.
     pub(super) fn evaluate(&self, t: f64, y: &mut [f64]) {
-        self.evaluate_from(0, t, y);
+        self.form.evaluate(self.coefficients, &[self.x(t)], 0, y);
     }
 
-    /// The same of the components from `first` on, as many as `y` has entries.
-    pub(crate) fn evaluate_from(&self, first: usize, t: f64, y: &mut [f64]) {
-        let x = if self.t == self.t_old { 0.0 } else { (t - self.t_old) / (self.t - self.t_old) };
-        self.form.evaluate(self.coefficients, x, first, y);
+    /// The solution at these times, one after another: the first half of the components and the second.
+    pub(crate) fn evaluate_halves(&self, times: &[f64], [first, second]: [&mut [f64]; 2]) {
+        let n = first.len() / times.len().max(1);
+        let halves = first.chunks_mut((n * TOGETHER).max(1)).zip(second.chunks_mut((n * TOGETHER).max(1)));
+        for (times, (first, second)) in times.chunks(TOGETHER).zip(halves) {
+            let mut xs = [0.0; TOGETHER];
+            for (x, &t) in xs.iter_mut().zip(times) {
+                *x = self.x(t);
+            }
+            let xs = &xs[..times.len()];
+            self.form.evaluate(self.coefficients, xs, 0, first);
+            self.form.evaluate(self.coefficients, xs, n, second);
+        }
+    }
+
+    /// Where in the step a time lies: from 0 to 1.
+    fn x(&self, t: f64) -> f64 {
+        if self.t == self.t_old { 0.0 } else { (t - self.t_old) / (self.t - self.t_old) }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::error::Interrupted;
 use crate::integrators::ode;
 use crate::integrators::second_order::number_of_steps;
 use crate::model::Model;
-use crate::simulation::balance::{FlowMeter, Rule};
+use crate::simulation::balance::{FlowMeter, Rule, State};
 use crate::simulation::stepping::{Method, Run, Status, Stop};
 
 /// A run with its recorders and checks.
@@ -75,8 +75,9 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 self.meter = self
                     .run
                     .observe(|model, state| FlowMeter::new(model, rule, t0, [state.q, state.v], t_eval));
-                self.watch =
-                    self.run.observe(|model, state| Watch::new(model, t_span, [state.q, state.v], method));
+                self.watch = self
+                    .run
+                    .observe(|model, State { q, v, a, .. }| Watch::new(model, t_span, [q, v, a], method));
             }
             self.recorder.record(&mut self.run, true)?;
             let status = self.finish_interval(interval == intervals, monitor)?;

@@ -36,7 +36,7 @@ impl Watch {
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
-        start: [&[f64]; 2],
+        start: [&[f64]; 3],
         method: &Method,
     ) -> Self {
         if let Method::FirstOrder { options, .. } = method {

@@ -280,10 +280,7 @@ impl<M: Model> Integrator<M> {
                     v.fill(f64::NAN);
                     return Ok(false);
                 };
-                for (k, &t) in times.iter().enumerate() {
-                    step.evaluate_from(0, t, &mut q[here(k)]);
-                    step.evaluate_from(n, t, &mut v[here(k)]);
-                }
+                step.evaluate_halves(times, [q, v]);
             }
         }
         Ok(true)

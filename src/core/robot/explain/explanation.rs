@@ -9,6 +9,7 @@ use crate::description::body::Body;
 use crate::description::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
 };
+use crate::model::Facts;
 use crate::robot::choice::{
     COORDINATES_OF_A_CHAIN, COORDINATES_OF_A_ROBOT, Kernel, SEGMENTS_OF_A_CHAIN, Solve,
 };
@@ -43,11 +44,12 @@ pub struct Explanation {
 }
 
 impl Explanation {
-    /// Explains a valid robot that is computed by `kernel` and solved by `solve`, with these numbers of nodes
+    /// Explains a valid robot with these facts that is computed by `kernel` and solved by `solve`, with these numbers of nodes
     /// per segment, its cost, and the shares of links, actuators and loops.
     #[allow(clippy::too_many_arguments, reason = "all that is known of it")]
     pub(crate) fn new(
         robot: &Robot,
+        facts: &Facts,
         kernel: Kernel,
         solve: Solve,
         nodes: &[usize],
@@ -95,6 +97,7 @@ impl Explanation {
             explanation.add(is_computed, what, why);
         }
         explanation.solve(solve, robot, of_actuators);
+        explanation.steps(facts);
         explanation
     }
 
@@ -393,6 +396,25 @@ impl Explanation {
         }
     }
 
+    /// Explains which loop makes fixed steps.
+    fn steps(&mut self, facts: &Facts) {
+        let what = "fixed steps with arrays of known size";
+        let most = Facts::MOST_PLAIN;
+        let mut watched: Vec<String> = facts.watched().into_iter().map(str::to_owned).collect();
+        if facts.n > most {
+            watched.push(format!("more than {most} coordinates"));
+        }
+        if facts.has_plain_steps() {
+            self.add(
+                true,
+                what,
+                format!("up to {most} coordinates, and nothing to look after within a step"),
+            );
+        } else if !watched.is_empty() {
+            self.add(false, what, listed(watched));
+        }
+    }
+
     fn solve(&mut self, solve: Solve, robot: &Robot, of_actuators: &[OfActuator]) {
         let coupling = robot.actuators.iter().zip(of_actuators).filter(|(_, of)| of.couples_pieces);
         let coupling: Vec<String> = coupling.map(|(actuator, _)| actuator.name().to_owned()).collect();
@@ -540,9 +562,15 @@ fn named<const N: usize>(name: &str, profile: &Profile<N>) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::description::joint::Joint;
     use crate::description::rod::diagonal;
     use crate::robot::RobotModel;
     use crate::robot::description::Rod;
+
+    /// Why the subject is in a list.
+    fn find(list: &[(String, String)], subject: &str) -> Option<String> {
+        list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
+    }
 
     #[test]
     fn what_a_rod_lacks_is_skipped_and_what_it_has_is_computed() {
@@ -627,9 +655,6 @@ mod tests {
             let segment = Segment { modes: [1, 1, 0, 0, 0, 0], ..segment };
             RobotModel::of_rod(&Rod::new(vec![segment])).unwrap().explanation()
         };
-        let find = |list: &[(String, String)], subject: &str| {
-            list.iter().find(|(what, _)| what == subject).map(|(_, why)| why.clone())
-        };
         let coupling = "segment 1, coupling of strains";
         assert!(find(&explain(Segment::given(1.0, given(diagonal([1.0; 6])))).skipped, coupling).is_some());
         let mut stiffness = diagonal([1.0; 6]);
@@ -646,6 +671,23 @@ mod tests {
         let varies = explain(Segment { section: bulb, ..Segment::straight(1.0, 0.1, 1e6, 4e5, 1e3) });
         let why = "circle: at the cost of a circle; in X radius a table of 3 stations";
         assert_eq!(find(&varies.computed, "segment 1, section").as_deref(), Some(why));
+    }
+
+    #[test]
+    fn what_keeps_fixed_steps_from_the_short_loop_is_said() {
+        let explain = |modes: [usize; 6], joint: Joint| {
+            let rod = Rod::new(vec![Segment { modes, ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) }]);
+            let robot = Robot::from(&rod);
+            let root = Link { joint, ..robot.links[0].clone() };
+            RobotModel::new(&Robot { links: vec![root], ..robot }).unwrap().explanation()
+        };
+        let what = "fixed steps with arrays of known size";
+        let bend = |modes| [0, modes, 0, 0, 0, 0];
+        assert!(find(&explain(bend(4), Joint::Weld).computed, what).is_some());
+        let many = find(&explain(bend(5), Joint::Weld).skipped, what);
+        assert_eq!(many.as_deref(), Some("more than 4 coordinates"));
+        let free = find(&explain(bend(0), Joint::Free).skipped, what);
+        assert_eq!(free.as_deref(), Some("rotation vectors and more than 4 coordinates"));
     }
 
     #[test]

@@ -304,13 +304,13 @@ impl RobotModel {
 
     /// Explains what is computed, what is skipped, and why. Allocates.
     pub fn explanation(&self) -> Explanation {
-        let Self { sweeps, solve, robot, .. } = self;
+        let Self { sweeps, solve, robot, facts, .. } = self;
         let cost = self.multiplications();
         on_sweeps!(sweeps, typed => {
             let plan = typed.plan();
             let (links, actuators) = (cost::of_links(plan, *solve), cost::of_actuators(plan));
             let (nodes, loops) = (plan.nodes(), cost::of_loops(plan));
-            Explanation::new(robot, sweeps.kernel(), *solve, &nodes, &cost, &links, &actuators, &loops)
+            Explanation::new(robot, facts, sweeps.kernel(), *solve, &nodes, &cost, &links, &actuators, &loops)
         })
     }
 

@@ -1,6 +1,6 @@
 //! The stepper, for systems of any size.
 
-use super::super::numbers::{Few, Numbers, is_plain};
+use super::super::numbers::{Few, Numbers};
 use super::super::options::Options;
 use super::super::scheme::Scheme;
 use super::StepperOf;
@@ -62,7 +62,7 @@ impl Stepper {
     /// Chooses the numbers before the first accelerations are known.
     fn suit<S: System + ?Sized>(&mut self, system: &mut S) {
         let Kind::Any(stepper) = &self.0 else { return };
-        if stepper.started || !is_plain(system.facts()) {
+        if stepper.started || !system.facts().has_plain_steps() {
             return;
         }
         self.0 = match stepper.q.len() {
@@ -70,7 +70,7 @@ impl Stepper {
             2 => Kind::Two(stepper.anew()),
             3 => Kind::Three(stepper.anew()),
             4 => Kind::Four(stepper.anew()),
-            _ => return,
+            n => unreachable!("plain steps of {n} coordinates"),
         };
     }
 
