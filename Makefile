@@ -28,7 +28,7 @@ unexport PYTHONPATH
 unexport PYTHONHOME
 
 .PHONY: help demo bench peers validate stress test test-all test-rust test-python test-browser test-torch test-checked test-oldest test-msrv \
-	build build-for-test wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean \
+	build build-for-test develop wheel sdist crate sbom docs docs-check links pictures format lock fuzz audit clean \
 	measure-house freeze frozen
 .DEFAULT_GOAL := help
 
@@ -90,7 +90,7 @@ OLDEST_TESTS ?= package arrays pickle scene rod rod_input sections roots views m
 test-oldest: $(VENV)/test.stamp ## some tests with the oldest Python packages that are allowed (needs uv)
 	@.ci/toolchain cargo
 	rm -rf target/oldest
-	$(BIN)/maturin build --profile quick --locked --out target/oldest
+	$(BIN)/maturin build --release --locked --out target/oldest
 	uv pip compile --quiet --resolution lowest-direct --python-version 3.11 --no-emit-index-url --no-emit-find-links \
 		--extra all pyproject.toml --group examples --output-file target/oldest/requirements.txt
 	uv venv --quiet --python 3.11 target/oldest/venv
@@ -131,12 +131,15 @@ fuzz: build-for-test ## try random input (FUZZ_SECONDS=300, FUZZ_SEED=1, FUZZ_HA
 
 build: $(VENV)/demo.stamp ## build the package into .venv
 	@.ci/toolchain cargo
-	$(MATURIN) --profile quick
+	$(MATURIN) --release
 
-# In release mode, as the counted instructions: both share their dependencies.
 build-for-test: $(VENV)/test.stamp
 	@.ci/toolchain cargo
 	$(MATURIN) --release
+
+develop: $(VENV)/test.stamp ## build again after a change: in seconds where it is outside src/core, but not for timings
+	@.ci/toolchain cargo
+	$(MATURIN) --profile quick
 
 wheel: $(VENV)/demo.stamp ## build a wheel for this system into dist/, and try it in a fresh environment
 	@.ci/toolchain cargo

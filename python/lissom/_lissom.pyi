@@ -1656,7 +1656,13 @@ class Scene:
     @staticmethod
     def load(path: str | PathLike[str], *, anywhere: bool = False) -> Scene: ...
     @staticmethod
-    def loads(text: str, name: str = "scene", *, anywhere: bool = False) -> Scene: ...
+    def loads(
+        text: str,
+        name: str = "scene",
+        *,
+        anywhere: bool = False,
+        imports: dict[str, bytes] | None = None,
+    ) -> Scene: ...
     @staticmethod
     def schema() -> str: ...
     @property

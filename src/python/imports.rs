@@ -1,5 +1,6 @@
-//! Files that scenes import, read by `lissom.urdf`.
+//! Files that scenes name: read beside them, or given. Links are read by `lissom.urdf`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -15,8 +16,8 @@ pub(super) struct Files {
     folder: PathBuf,
     /// Whether files outside the folder are read.
     anywhere: bool,
-    /// Content of the file imported when the scene was read.
-    kept: Option<Vec<u8>>,
+    /// Contents by name in place of files, if they are given.
+    given: Option<BTreeMap<String, Vec<u8>>>,
     /// An unexpected exception, to be raised when the scene has been read.
     raised: Option<PyErr>,
 }
@@ -25,12 +26,12 @@ impl Files {
     /// Files in the folder of a file.
     pub(super) fn beside(file: &str, anywhere: bool) -> Self {
         let folder = PathBuf::from(file).parent().map(PathBuf::from).unwrap_or_default();
-        Self { folder, anywhere, kept: None, raised: None }
+        Self { folder, anywhere, given: None, raised: None }
     }
 
-    /// A file that was read earlier.
-    pub(super) fn kept(content: Option<Vec<u8>>) -> Self {
-        Self { folder: PathBuf::new(), anywhere: false, kept: content, raised: None }
+    /// Contents in place of files.
+    pub(super) fn given(contents: BTreeMap<String, Vec<u8>>) -> Self {
+        Self { folder: PathBuf::new(), anywhere: false, given: Some(contents), raised: None }
     }
 
     /// Raises the unexpected exception, if any.
@@ -38,29 +39,35 @@ impl Files {
         self.raised.map_or(Ok(read), Err)
     }
 
-    fn import(&self, py: Python<'_>, request: &Request) -> PyResult<Imported> {
+    fn content(&self, py: Python<'_>, file: &str) -> PyResult<Vec<u8>> {
+        if let Some(given) = &self.given {
+            return given.get(file).cloned().ok_or_else(|| {
+                PyValueError::new_err(format!(
+                    "{file:?} is none of the files in `imports`: {:?}",
+                    given.keys()
+                ))
+            });
+        }
+        let options = PyDict::new(py);
+        options.set_item("anywhere", self.anywhere)?;
+        let read = py.import("lissom.common.disk")?.getattr("read_beside")?;
+        read.call((&self.folder, file), Some(&options))?.extract()
+    }
+
+    fn robot(&self, py: Python<'_>, request: &Request, content: &[u8]) -> PyResult<Imported> {
         let Request { file, floating, limit_stiffness, mend_inertia } = request;
         let name = self.folder.join(file).display().to_string();
-        let content: Vec<u8> = match &self.kept {
-            Some(content) => content.clone(),
-            None => {
-                let options = PyDict::new(py);
-                options.set_item("anywhere", self.anywhere)?;
-                let read = py.import("lissom.common.disk")?.getattr("read_beside")?;
-                read.call((&self.folder, file), Some(&options))?.extract()?
-            }
-        };
         let options = PyDict::new(py);
         options.set_item("floating", floating)?;
         options.set_item("limit_stiffness", limit_stiffness)?;
         options.set_item("mend_inertia", mend_inertia)?;
         let read = py.import("lissom.urdf")?.getattr("imported_from")?;
-        let imported = read.call((name, PyBytes::new(py, &content)), Some(&options))?;
+        let imported = read.call((name, PyBytes::new(py, content)), Some(&options))?;
         // Files have no functions.
         let links = parts_of(&imported.getattr("links")?, "links", &mut Functions::default())?;
         let is_complete = imported.getattr("not_taken")?.is_empty()?;
         let not_taken = if is_complete { None } else { Some(imported.str()?.to_string()) };
-        Ok(Imported { links, content, not_taken })
+        Ok(Imported { links, not_taken })
     }
 
     /// Reason why a file was rejected; exceptions that do not concern the file are stored.
@@ -80,8 +87,12 @@ impl Files {
 }
 
 impl Imports for Files {
-    fn read(&mut self, request: &Request) -> Result<Imported, Refusal> {
-        Python::attach(|py| self.import(py, request).map_err(|error| self.refusal(py, error)))
+    fn read(&mut self, file: &str) -> Result<Vec<u8>, Refusal> {
+        Python::attach(|py| self.content(py, file).map_err(|error| self.refusal(py, error)))
+    }
+
+    fn links(&mut self, request: &Request, content: &[u8]) -> Result<Imported, Refusal> {
+        Python::attach(|py| self.robot(py, request, content).map_err(|error| self.refusal(py, error)))
     }
 }
 

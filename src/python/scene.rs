@@ -1,5 +1,6 @@
 //! `lissom.Scene` and its errors.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use numpy::{PyArray1, ToPyArray};
@@ -21,7 +22,7 @@ use super::robot::PyRobot;
 use super::rod::PyRod;
 use super::words::{warn, warn_of_old_word};
 use crate::scene::{
-    Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation,
+    Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation, set_aside,
 };
 
 create_exception!(
@@ -169,6 +170,8 @@ impl PyScene {
     ///     relative to the folder of this name, by default to the working directory.
     /// anywhere : bool
     ///     Whether the text may import files outside that folder, which is refused by default.
+    /// imports : dict of str to bytes, optional
+    ///     Contents of the files that the text names, in place of those on disk: `imports` of another scene.
     ///
     /// Returns
     /// -------
@@ -179,14 +182,15 @@ impl PyScene {
     /// SceneError
     ///     If the scene is invalid; the error lists all problems.
     #[staticmethod]
-    #[pyo3(signature = (text, name="scene", *, anywhere=false))]
+    #[pyo3(signature = (text, name="scene", *, anywhere=false, imports=None))]
     fn loads(
         py: Python<'_>,
         #[pyo3(from_py_with = arguments::text::text)] text: &str,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
         #[pyo3(from_py_with = arguments::flag::anywhere)] anywhere: bool,
+        imports: Option<BTreeMap<String, Vec<u8>>>,
     ) -> PyResult<Self> {
-        let mut imports = Files::beside(name, anywhere);
+        let mut imports = imports.map_or_else(|| Files::beside(name, anywhere), Files::given);
         let read = py.detach(|| Scene::parse_with(text, name, &mut imports));
         Self::new(py, name, imports.or_raised(read)?)
     }
@@ -209,14 +213,19 @@ impl PyScene {
         &self.scene.text
     }
 
-    /// Contents (bytes) of imported files by their names in the scene. Results keep them with the text.
+    /// Contents (bytes) of the files that the scene names, by these names: a robot, arrays. Results keep them with the text.
     #[getter]
     fn imports<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let imports = PyDict::new(py);
-        if let Some((name, imported)) = &self.scene.imported {
-            imports.set_item(name, PyBytes::new(py, &imported.content))?;
+        for (name, content) in &self.scene.files {
+            imports.set_item(name, PyBytes::new(py, content))?;
         }
         Ok(imports)
+    }
+
+    /// The text without its large arrays, and these as CSV files by name, whose names begin with `stem`.
+    fn _set_aside(&self, stem: &str) -> (String, Vec<(String, String)>) {
+        set_aside(&self.scene.text, stem)
     }
 
     /// The simulated model: a Rod, a Robot or a SpringPendulum.
@@ -309,20 +318,19 @@ impl PyScene {
     /// For copies and pickles. The model is included, so that numbers of modes that the scene leaves open are
     /// not chosen again.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let kept = self.scene.imported.as_ref().map(|(_, imported)| PyBytes::new(py, &imported.content));
-        record::reduce_to::<Self>(py, (&self.scene.text, &self.scene.name, &self.model, kept))
+        record::reduce_to::<Self>(py, (&self.scene.text, &self.scene.name, &self.model, self.imports(py)?))
     }
 
     #[staticmethod]
-    #[pyo3(signature = (text, name, model, imported=None))]
+    #[pyo3(signature = (text, name, model, imports))]
     fn _restore(
         py: Python<'_>,
         text: &str,
         name: String,
         model: &Bound<'_, PyModel>,
-        imported: Option<Vec<u8>>,
+        imports: BTreeMap<String, Vec<u8>>,
     ) -> PyResult<Self> {
-        let mut imports = Files::kept(imported);
+        let mut imports = Files::given(imports);
         let parsed = py.detach(|| Scene::parse_with(text, &name, &mut imports));
         let mut scene = imports.or_raised(parsed)?.map_err(|error| refusal(py, &error))?;
         scene.name = name;
@@ -346,8 +354,7 @@ impl PyScene {
         for deprecation in &scene.deprecations {
             warn(py, &deprecation.header(file))?;
         }
-        if let Some(not_taken) = scene.imported.as_ref().and_then(|(_, imported)| imported.not_taken.as_ref())
-        {
+        if let Some(not_taken) = &scene.not_taken {
             let class = py.import("lissom.urdf")?.getattr("UrdfWarning")?;
             py.import("warnings")?.call_method1("warn", (not_taken, class))?;
         }

@@ -6,7 +6,7 @@ use crate::model::pendulum::SpringPendulum;
 use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
 use crate::robot;
 use crate::simulation::accuracy;
-use crate::simulation::simulate::check_step;
+use crate::simulation::stepping::check_step;
 
 use super::document::{Document, General, Output, Simulation as Settings};
 use super::imports::Imported;

@@ -1,4 +1,4 @@
-//! Imports of scenes: links of a robot from another file, which the caller reads.
+//! Files that scenes name, which the caller reads: links of a robot, and arrays.
 
 use crate::robot::described::Link;
 
@@ -15,13 +15,11 @@ pub struct Request {
     pub mend_inertia: bool,
 }
 
-/// Content of a file.
+/// What a file has of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// Links, parents before their children.
     pub links: Vec<Link>,
-    /// Bytes of the file, to read the scene again.
-    pub content: Vec<u8>,
     /// Description of unsupported content, if any.
     pub not_taken: Option<String>,
 }
@@ -56,19 +54,29 @@ pub enum Refusal {
 
 /// Reads files for scenes.
 pub trait Imports {
-    /// Reads the links of a file.
+    /// The bytes of a file, whose name is seen from the folder of the scene.
+    ///
+    /// # Errors
+    /// Why it cannot be read.
+    fn read(&mut self, file: &str) -> Result<Vec<u8>, Refusal>;
+
+    /// The links in a file that has been read.
     ///
     /// # Errors
     /// The problems of the file.
-    fn read(&mut self, request: &Request) -> Result<Imported, Refusal>;
+    fn links(&mut self, request: &Request, content: &[u8]) -> Result<Imported, Refusal>;
 }
 
-/// An implementation that rejects all imports.
+/// An implementation that rejects all files.
 #[derive(Clone, Copy, Debug)]
 pub struct NoImports;
 
 impl Imports for NoImports {
-    fn read(&mut self, _: &Request) -> Result<Imported, Refusal> {
+    fn read(&mut self, _: &str) -> Result<Vec<u8>, Refusal> {
         Err(Refusal::Unreadable("nobody here reads other files".to_owned()))
+    }
+
+    fn links(&mut self, _: &Request, _: &[u8]) -> Result<Imported, Refusal> {
+        Err(Refusal::Unreadable("nobody here reads links".to_owned()))
     }
 }

@@ -79,7 +79,15 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
         Kind::Array(items, count) => {
             json!({ "type": "array", "items": of_kind(items, limits, found), "minItems": count, "maxItems": count })
         }
-        Kind::List(items) => json!({ "type": "array", "items": of_kind(items, limits, found) }),
+        Kind::List(items) => {
+            let array = |items| json!({ "type": "array", "items": items });
+            let array = array(match items {
+                // A file has all rows.
+                Kind::List(inner) => array(of_kind(inner, limits, found)),
+                items => of_kind(items, limits, found),
+            });
+            if holds_numbers(items) { json!({ "anyOf": [array, in_file(found)] }) } else { array }
+        }
         Kind::OneOrEach(count) => {
             let one = of_kind(&Kind::Number, limits, found);
             json!({ "anyOf": [one, of_kind(&Kind::Array(&Kind::Number, *count), limits, found)] })
@@ -133,6 +141,25 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             json!({ "$ref": format!("#/definitions/{name}") })
         }
     }
+}
+
+fn holds_numbers(kind: &Kind) -> bool {
+    match kind {
+        Kind::Number | Kind::Integer => true,
+        Kind::Array(items, _) | Kind::List(items) => holds_numbers(items),
+        _ => false,
+    }
+}
+
+/// An array in a file of its own.
+fn in_file(found: &mut Map<String, Json>) -> Json {
+    let file = json!({ "description": "Seen from the folder of the scene.", "type": "string" });
+    let schema = json!({
+        "description": "An array in a file: a row on each line, its numbers separated by commas or blanks.",
+        "type": "object", "properties": { "file": file }, "additionalProperties": false, "required": ["file"],
+    });
+    found.insert("ArrayInFile".to_owned(), schema);
+    json!({ "$ref": "#/definitions/ArrayInFile" })
 }
 
 /// The alternatives that a schema allows.

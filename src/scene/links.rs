@@ -2,7 +2,7 @@
 
 use super::described::{key_of, read_with, right};
 use super::document::{Document, General, Import, Jacobian};
-use super::imports::{Imported, Imports, Refusal, Request};
+use super::imports::{Imported, Imports, Request};
 use super::lists::{self, Keys};
 use super::parts;
 use super::shape::{Shape, report};
@@ -25,18 +25,9 @@ pub(super) fn import(written: &Import, imports: &mut dyn Imports, shape: &mut Sh
         limit_stiffness: written.limit_stiffness,
         mend_inertia: written.mend_inertia,
     };
-    match imports.read(&request) {
-        Ok(imported) => return Some(imported),
-        Err(Refusal::Unreadable(why)) => {
-            shape.refuse("import.urdf", why, "expected a URDF file, seen from the folder of the scene");
-        }
-        Err(Refusal::Wrong(problems)) => {
-            for problem in problems {
-                shape.refuse_file("import.urdf", problem);
-            }
-        }
-    }
-    None
+    let right = "a URDF file, seen from the folder of the scene";
+    let content = shape.content([&written.urdf, right], "import.urdf", imports)?;
+    shape.taken(imports.links(&request, &content), "import.urdf", right)
 }
 
 /// The robot from the tables of its links, which follow the imported ones, and its initial coordinates and

@@ -30,6 +30,7 @@
 //! ```
 
 mod advice;
+mod arrays;
 mod build;
 mod described;
 mod diagnostics;
@@ -45,6 +46,8 @@ mod tables;
 mod words;
 mod written;
 
+use std::collections::BTreeMap;
+
 use toml::de::{DeTable, DeValue};
 
 use crate::error::{Interrupted, InvalidInput};
@@ -53,6 +56,7 @@ use crate::robot;
 use crate::simulation::accuracy;
 use crate::simulation::accuracy::Modes;
 
+pub use arrays::set_aside;
 pub use described::to_toml;
 pub use diagnostics::{Elsewhere, SceneError, SceneProblem};
 pub use document::{Jacobian, Method, Quantity};
@@ -81,8 +85,10 @@ pub struct Scene {
     pub open_modes: Vec<usize>,
     /// Deprecated keys in the order of the file, with their replacements.
     pub deprecations: Vec<SceneProblem>,
-    /// The imported file, and its name in the text.
-    pub imported: Option<(String, Imported)>,
+    /// What an imported file has that the robot has not, if any.
+    pub not_taken: Option<String>,
+    /// Contents of the files that the text names, by their names.
+    pub files: BTreeMap<String, Vec<u8>>,
 }
 
 /// Model of a scene.
@@ -189,10 +195,10 @@ impl Scene {
         Self::parse_with(text, file, &mut NoImports)
     }
 
-    /// Reads a scene, and the file that it imports through `imports`; otherwise like [`Scene::parse`].
+    /// Reads a scene, and the files that it names through `imports`; otherwise like [`Scene::parse`].
     ///
     /// # Errors
-    /// As for [`Scene::parse`], and all problems of the imported file.
+    /// As for [`Scene::parse`], and all problems of these files.
     pub fn parse_with(text: &str, file: &str, imports: &mut dyn Imports) -> Result<Self, SceneError> {
         let fail = |problems| SceneError::new(file, text, problems);
         let (table, errors) = DeTable::parse_recoverable(text);
@@ -204,7 +210,7 @@ impl Scene {
         if !shape.problems.is_empty() {
             return Err(fail(shape.problems));
         }
-        let mut shape = Shape::of(&table);
+        let mut shape = Shape::of(&table, imports);
         let Some(document) = described::document::<document::Document>(&mut shape) else {
             return Err(fail(shape.problems));
         };
@@ -213,7 +219,8 @@ impl Scene {
         match built {
             Some((model, [q0, v0], simulation)) if shape.problems.is_empty() => Ok(Self {
                 open_modes: parts::open_modes(&document),
-                imported: document.import.map(|import| import.urdf).zip(imported),
+                not_taken: imported.and_then(|imported| imported.not_taken),
+                files: shape.files,
                 name: document.scene.name.unwrap_or_else(|| stem(file)),
                 text: text.to_owned(),
                 model,

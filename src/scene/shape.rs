@@ -1,15 +1,15 @@
 //! The values of a scene file with their places in the text, and the problems found so far.
 
 use std::borrow::Cow;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
 use super::diagnostics::{Elsewhere, SceneProblem};
-use super::imports::FileProblem;
-use super::words;
+use super::imports::{FileProblem, Imports, Refusal};
+use super::{arrays, words};
 use crate::description::schema::{Kind, Value};
 use crate::error::InvalidInput;
 
@@ -28,14 +28,54 @@ pub(super) struct Shape {
     pub(super) replaced: BTreeSet<String>,
     /// Deprecated keys.
     pub(super) deprecations: Vec<SceneProblem>,
+    /// The contents of files that the scene names, by their names.
+    pub(super) files: BTreeMap<String, Vec<u8>>,
 }
 
 impl Shape {
-    /// All values of a document.
-    pub(super) fn of(document: &Spanned<DeTable<'_>>) -> Self {
+    /// All values of a document, with arrays from files.
+    pub(super) fn of(document: &Spanned<DeTable<'_>>, imports: &mut dyn Imports) -> Self {
         let mut shape = Self::default();
-        shape.values = shape.table(document.get_ref(), "");
+        shape.values = shape.table(document.get_ref(), "", imports);
         shape
+    }
+
+    /// The bytes of a file that the value at `place` names, and what would be right there.
+    pub(super) fn content(
+        &mut self,
+        [file, right]: [&str; 2],
+        place: &str,
+        imports: &mut dyn Imports,
+    ) -> Option<Vec<u8>> {
+        if let Some(known) = self.files.get(file) {
+            return Some(known.clone());
+        }
+        let content = self.taken(imports.read(file), place, right)?;
+        self.files.insert(file.to_owned(), content.clone());
+        Some(content)
+    }
+
+    /// What a file has; `None` after reporting its problems at `place`.
+    pub(super) fn taken<T>(&mut self, found: Result<T, Refusal>, place: &str, right: &str) -> Option<T> {
+        match found {
+            Ok(found) => return Some(found),
+            Err(Refusal::Unreadable(why)) => self.refuse(place, why, format!("expected {right}")),
+            Err(Refusal::Wrong(problems)) => {
+                problems.into_iter().for_each(|problem| self.refuse_file(place, problem));
+            }
+        }
+        None
+    }
+
+    /// The array in a file.
+    fn array_of(&mut self, file: &str, place: &str, imports: &mut dyn Imports) -> Option<Value> {
+        let right = "a file with rows of numbers, seen from the folder of the scene";
+        let content = self.content([file, right], place, imports)?;
+        let read = match str::from_utf8(&content) {
+            Ok(text) => arrays::read(text, file).map_err(|problem| Refusal::Wrong(vec![problem])),
+            Err(_) => Err(Refusal::Unreadable("not text in UTF-8".to_owned())),
+        };
+        self.taken(read, place, right)
     }
 
     /// Position of a value; if it is absent, of the innermost enclosing value that is present.
@@ -85,7 +125,12 @@ impl Shape {
     }
 
     /// The values of a table, old words under their new names. What a value cannot hold is reported and omitted.
-    fn table(&mut self, table: &DeTable<'_>, place: &str) -> Vec<(Cow<'static, str>, Value)> {
+    fn table(
+        &mut self,
+        table: &DeTable<'_>,
+        place: &str,
+        imports: &mut dyn Imports,
+    ) -> Vec<(Cow<'static, str>, Value)> {
         let mut read = Vec::with_capacity(table.len());
         let mut old_words = Vec::new();
         for (key, value) in table {
@@ -107,7 +152,7 @@ impl Shape {
             let span = if is_table_like(value.get_ref()) { key.span() } else { value.span() };
             self.spans.insert(inner.clone(), span);
             self.keys.insert(inner.clone(), key.span());
-            match self.value(value, &inner) {
+            match self.value(value, &inner, imports) {
                 Some(value) => read.push((Cow::Owned(name.to_owned()), value)),
                 None => _ = self.replaced.insert(inner),
             }
@@ -122,15 +167,23 @@ impl Shape {
         read
     }
 
-    fn value(&mut self, value: &Spanned<DeValue<'_>>, place: &str) -> Option<Value> {
+    fn value(
+        &mut self,
+        value: &Spanned<DeValue<'_>>,
+        place: &str,
+        imports: &mut dyn Imports,
+    ) -> Option<Value> {
         match value.get_ref() {
-            DeValue::Table(table) => Some(Value::Table(self.table(table, place))),
+            DeValue::Table(table) => match arrays::file_of(table) {
+                Some(file) => self.array_of(file, place, imports),
+                None => Some(Value::Table(self.table(table, place, imports))),
+            },
             DeValue::Array(array) => {
                 let mut read = Vec::with_capacity(array.len());
                 for (i, item) in array.iter().enumerate() {
                     let inner = format!("{place}[{i}]");
                     self.spans.insert(inner.clone(), item.span());
-                    read.extend(self.value(item, &inner));
+                    read.extend(self.value(item, &inner, imports));
                 }
                 (read.len() == array.len()).then_some(Value::List(read))
             }

@@ -839,8 +839,13 @@ struct TwoLinks {
 }
 
 impl Imports for TwoLinks {
-    fn read(&mut self, request: &Request) -> Result<Imported, Refusal> {
-        assert_eq!((request.file.as_str(), request.floating), ("two.urdf", false));
+    fn read(&mut self, file: &str) -> Result<Vec<u8>, Refusal> {
+        assert_eq!(file, "two.urdf");
+        Ok(b"<robot/>".to_vec())
+    }
+
+    fn links(&mut self, request: &Request, content: &[u8]) -> Result<Imported, Refusal> {
+        assert_eq!((request.file.as_str(), request.floating, content), ("two.urdf", false, &b"<robot/>"[..]));
         assert_eq!(request.limit_stiffness, Some(3.0));
         if self.is_wrong {
             let problem = |line, key: &str| FileProblem {
@@ -858,7 +863,7 @@ impl Imports for TwoLinks {
         let body = Body { centre: [0.1, 0.0, 0.0], ..Body::point(0.1) }.described(None);
         let arm = Link { joint, body: Some(body), parent: Some("stand".into()), ..Link::new("arm") };
         let links = vec![Link::new("stand"), arm];
-        Ok(Imported { links, content: b"<robot/>".to_vec(), not_taken: None })
+        Ok(Imported { links, not_taken: None })
     }
 }
 
@@ -895,8 +900,7 @@ fn imported_links_stand_before_those_of_the_scene() {
     assert_eq!(robot.loads[0].link, 3);
     assert_eq!(robot.coordinate_names(), ["arm.angle", "tip.displacement"]);
     assert_eq!(scene.q0, [0.2, 0.3]);
-    let (name, imported) = scene.imported.expect("a file was imported");
-    assert_eq!((name.as_str(), &imported.content[..]), ("two.urdf", &b"<robot/>"[..]));
+    assert_eq!(scene.files.into_iter().collect::<Vec<_>>(), [("two.urdf".to_owned(), b"<robot/>".to_vec())]);
 }
 
 #[test]

@@ -162,12 +162,25 @@ def _lines(keys: dict[str, Any]) -> str:
 def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     """`Scene.save`."""
     file = path_of(path)
-    beside = [(file.parent / name, content) for name, content in scene.imports.items()]
-    for other, content in beside:
-        if other.exists() and other.read_bytes() != content:
+    content, arrays = scene._set_aside(file.stem)
+    # What an earlier version of this file names belongs to it.
+    before = file.read_text(encoding="utf-8", errors="replace") if file.exists() else ""
+    beside = dict(scene.imports)
+    for name, rows in arrays:
+        if name in beside:
+            raise FileExistsError(f"{name}: the scene imports a file of this name, save it under another one")
+        beside[name] = rows.encode()
+    for name, data in beside.items():
+        other = file.parent / name
+        if (
+            other.exists()
+            and other.read_bytes() != data
+            and not (name not in scene.imports and name in before)
+        ):
             raise FileExistsError(f"{other}: the scene imports another file of this name")
-    for other, content in beside:
+    for name, data in beside.items():
+        other = file.parent / name
         other.parent.mkdir(parents=True, exist_ok=True)
-        other.write_bytes(content)
+        other.write_bytes(data)
     # Byte by byte: text files would get the ends of lines of the system.
-    file.write_bytes(scene.text.encode())
+    file.write_bytes(content.encode())

@@ -156,7 +156,14 @@ mod tests {
     const STEPS: usize = 1000;
 
     fn vibration() -> Vibration {
-        Vibration { frequency: 3.0, damping: 0.4, shape: vec![1.0], velocity: 0.2, size: 0.0 }
+        Vibration {
+            frequency: 3.0,
+            damping: 0.4,
+            shape: vec![1.0],
+            momentum: vec![1.0],
+            velocity: 0.2,
+            size: 0.0,
+        }
     }
 
     #[test]

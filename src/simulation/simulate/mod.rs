@@ -42,7 +42,6 @@ pub use self::slackness::{Slack, slackness};
 pub use crate::simulation::stepping::{Method, Status};
 
 use crate::simulation::stepping::check_span;
-pub(crate) use crate::simulation::stepping::check_step;
 
 /// The cost of a run. Counters that do not apply to the method are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

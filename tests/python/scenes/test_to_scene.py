@@ -1,5 +1,7 @@
 """`Model.to_scene` and `Scene.save`: models made in Python as scene files."""
 
+import copy
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -156,3 +158,96 @@ def test_imported_files_are_saved_beside(tmp_path):
     whole = scene.model.to_scene(q0=scene.q0)
     assert not whole.imports
     assert_same(whole.model, scene.model)
+
+
+def on_a_hill(rows=40, columns=30):
+    x, y = np.meshgrid(np.linspace(0, 3, rows), np.linspace(0, 2, columns), indexing="ij")
+    hill = lissom.HeightField(0.1 * np.sin(x) * np.cos(y), spacing=0.05)
+    times = np.linspace(0, 2, 1200)
+    push = Load(force=(times, np.column_stack([np.sin(times), 0 * times, times])), link="ball")
+    ball = Link("ball", joint=Free(), body=Body(0.2, inertia=1e-4 * np.eye(3)))
+    return Robot([ball], contacts=[Contact(lissom.Ball("ball", 0.02), hill, stiffness=1e3)], loads=[push])
+
+
+def test_large_arrays_are_saved_beside(tmp_path):
+    model = on_a_hill()
+    scene = model.to_scene(name="hill", t_end=0.1)
+    file = tmp_path / "hill.toml"
+    scene.save(file)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "hill-heights.csv",
+        "hill-times.csv",
+        "hill-values.csv",
+        "hill.toml",
+    ]
+    text = file.read_text(encoding="utf-8")
+    assert len(text) < 1000
+    assert '{ file = "hill-heights.csv" }' in text
+    assert_array_equal(np.loadtxt(tmp_path / "hill-heights.csv", delimiter=","), model.contacts[0].b.heights)
+    back = lissom.Scene.load(file)
+    assert_same(back.model, model)
+    assert sorted(back.imports) == ["hill-heights.csv", "hill-times.csv", "hill-values.csv"]
+    # What the file named before belongs to it; others stay.
+    on_a_hill(rows=41).to_scene(name="hill", t_end=0.1).save(file)
+    assert len(lissom.Scene.load(file).model.contacts[0].b.heights) == 41
+    (tmp_path / "new-heights.csv").write_text("1 2\n", encoding="utf-8")
+    with pytest.raises(FileExistsError, match=r"new-heights\.csv"):
+        scene.save(tmp_path / "new.toml")
+    assert not (tmp_path / "new.toml").exists()
+    # Saved once more, with the files that are there.
+    (tmp_path / "copy").mkdir()
+    back.save(tmp_path / "copy" / "hill.toml")
+    assert_same(lissom.Scene.load(tmp_path / "copy" / "hill.toml").model, model)
+    assert_same(lissom.Scene.loads(back.text, imports=back.imports).model, model)
+    assert_same(pickle.loads(pickle.dumps(back)).model, model)
+    assert_same(copy.deepcopy(back).model, model)
+    study = lissom.sweep(back, {"scene.gravity[2]": [-9.81, -1.62]}, t_end=0.01)
+    assert [run.status for run in study] == ["finished", "finished"]
+
+
+def test_arrays_of_users_files(tmp_path):
+    scene = """version = 1
+[[link]]
+name = "slider"
+joint = { type = "prismatic", axis = [1, 0, 0], motion = { times = { file = "t.txt" }, values = { file = "x.csv" } } }
+[[link]]
+name = "ball"
+joint = { type = "free" }
+body = { mass = 1, inertia = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }
+[simulation]
+t_end = 1.0
+"""
+    file = tmp_path / "scene.toml"
+    file.write_text(scene, encoding="utf-8")
+
+    def written(times, values):
+        (tmp_path / "t.txt").write_bytes(times)
+        (tmp_path / "x.csv").write_bytes(values)
+
+    np.savetxt(tmp_path / "t.txt", [0.0, 0.5, 1.0], header="seconds")
+    (tmp_path / "x.csv").write_text("0\n\n1e-1\n0.3", encoding="utf-8")
+    times, values = lissom.Scene.load(file).model.links[0].joint.motion[:2]
+    assert_array_equal(times, [0, 0.5, 1])
+    assert_array_equal(values, [0, 0.1, 0.3])
+    for times, values, message in [
+        (b"0\n1\n", b"0\nx1\n", r"x\.csv:2:1: got \"x1\"; expected a number\n +\|\n2 \| x1\n  \| \^\^"),
+        (b"0\n1\n", b"0,0\n1,2,3\n", r"x\.csv:2:1: got 3 numbers; expected 2, as in the rows above"),
+        (b"0\n1\n", b"0\n1,\n", r"x\.csv:2:3: got \"\"; expected a number"),
+        (b"0\n1\n", b"\xff\n", "not text in UTF-8"),
+        (b"0\n1\n", b"", "values"),
+        (b"0,1\n2,3\n", b"0\n1\n", r"times"),
+        (b"0\n-1\n", b"0\n1\n", r"scene\.toml:4:.*times"),
+    ]:
+        written(times, values)
+        with pytest.raises(lissom.SceneError, match=message):
+            lissom.Scene.load(file)
+    (tmp_path / "x.csv").unlink()
+    with pytest.raises(
+        lissom.SceneError, match=r"motion\.values: .*No such file.*x\.csv.*; expected a file with rows"
+    ):
+        lissom.Scene.load(file)
+    file.write_text(scene.replace("x.csv", "../x.csv"), encoding="utf-8")
+    with pytest.raises(lissom.SceneError, match="leads out of the folder"):
+        lissom.Scene.load(file)
+    with pytest.raises(lissom.SceneError, match=r"none of the files in `imports`: \[\"t\.txt\"\]"):
+        lissom.Scene.loads(scene, imports={"t.txt": b"0\n1\n"})

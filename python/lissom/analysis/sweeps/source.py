@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
-import tempfile
 import tomllib
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from ..._lissom import Model, Scene, SceneError
@@ -73,19 +70,11 @@ class OfScene(Source):
                     "sweep over keys, or make one sweep of a scene for each file"
                 )
             paths.set_in_document(document, parts, value)
-        with contextlib.ExitStack() as stack:
-            stack.enter_context(warnings.catch_warnings())
+        with warnings.catch_warnings():
             # The warnings were issued when the scene was read.
             warnings.simplefilter("ignore")
-            name = self.name
-            if self.imports:
-                folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
-                ((_, content),) = self.imports.items()
-                (folder / "imported.urdf").write_bytes(content)
-                document["import"]["urdf"] = "imported.urdf"
-                name = str(folder / "scene.toml")
             try:
-                scene = Scene.loads(paths.document_text(document), name)
+                scene = Scene.loads(paths.document_text(document), self.name, imports=self.imports)
             except SceneError as error:
                 raise ValueError(_in_words(error)) from None
         return self._of(scene)

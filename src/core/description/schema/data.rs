@@ -1,11 +1,10 @@
-//! Values on their way into and out of descriptions, and the tables of fields that the derive writes.
+//! Values on their way into and out of descriptions, the tables of fields that the derive writes, and what is found wrong.
 
 use std::any::Any;
 use std::borrow::Cow;
 use std::fmt::{self, Debug};
 use std::sync::Arc;
 
-use super::read::{Problem, Reader};
 use crate::error::InvalidInput;
 
 /// A value on its way between a struct and TOML or Python.
@@ -541,6 +540,138 @@ impl Limits {
         };
         (number.is_finite() || (self.is_unbounded && !number.is_nan())) && has_sign
     }
+}
+
+/// What is wrong with a value.
+#[derive(Clone, Debug)]
+pub enum Fault {
+    /// A value of the right type that is out of range or does not fit.
+    Value {
+        /// What was found.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A value of another type.
+    Type {
+        /// What was found.
+        found: String,
+        /// What would be right.
+        expected: String,
+    },
+    /// A field that has to be given; the place is the field, or the part where it is missing.
+    Missing {
+        /// The field.
+        key: &'static str,
+        /// What to add, after the name of the field.
+        advice: String,
+    },
+    /// A field that this part needs, although others do not.
+    Absent {
+        /// The field.
+        key: &'static str,
+        /// Its meaning.
+        meaning: String,
+        /// What would be right, in words of Python.
+        expected: &'static str,
+    },
+    /// The place is a key that no field has.
+    Unknown {
+        /// The keys that could be meant.
+        known: Vec<&'static str>,
+    },
+    /// The place is a key that only other kinds of parts take, or that needs another one.
+    NotTaken {
+        /// The part that does not take it.
+        part: &'static Schema,
+        /// The keys that it takes.
+        taken: Vec<&'static str>,
+    },
+    /// A table without the `kind` that chooses among parts, and without the first key of the only one that has no `kind`.
+    Undecided {
+        /// That key.
+        key: &'static str,
+        /// The meaning of that key.
+        meaning: String,
+        /// The possible words for `kind`.
+        tags: Vec<&'static str>,
+    },
+    /// None of these fields is given, of which one has to be.
+    NoneOf(&'static [&'static str]),
+    /// Both of these fields are given, which exclude each other; the place is the second one.
+    Both([&'static str; 2]),
+    /// The field at this place is given, but not the one that it needs.
+    Without {
+        /// The field.
+        key: &'static str,
+        /// The one that it needs.
+        needed: &'static str,
+        /// The meaning of that one.
+        meaning: &'static str,
+    },
+    /// A field that the other ones make useless.
+    Unused {
+        /// Its value.
+        found: String,
+        /// To what it belongs, in a sentence.
+        belongs: &'static str,
+    },
+    /// A name that nothing has to which it could refer.
+    Name {
+        /// The name, and what would be right, in words of Python.
+        python: [String; 2],
+        /// What is wrong, and what would be right, in words of scenes.
+        scene: [String; 2],
+    },
+    /// A function of the user failed and has kept the reason.
+    Failed,
+    /// A word that is none of these.
+    Word {
+        /// The word.
+        found: String,
+        /// The possible words.
+        words: &'static [&'static str],
+    },
+    /// Keys that make no sense together.
+    Other {
+        /// What is wrong.
+        wrong: String,
+        /// What to do.
+        right: String,
+    },
+    /// A word for `kind` that no part has.
+    Tag {
+        /// The word.
+        found: String,
+        /// The possible words.
+        tags: Vec<&'static str>,
+    },
+}
+
+/// A problem of a value.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// Where: the path of the value, such as `b.radius`.
+    pub place: String,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Step {
+    Key(&'static str),
+    Index(usize),
+}
+
+/// Keeps the place and the problems while values are read and checked.
+#[derive(Debug, Default)]
+pub struct Reader {
+    pub(super) place: Vec<Step>,
+    pub(super) problems: Vec<Problem>,
+    /// The parts among which the one that is read next was chosen.
+    pub(super) alternatives: &'static [Kind],
+    /// Places of fields in whose place something else stands, if the reader goes on after problems.
+    pub(super) replaced: Option<Vec<String>>,
 }
 
 /// A type that a field may have.

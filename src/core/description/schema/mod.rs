@@ -21,8 +21,9 @@ mod read;
 pub mod suggestion;
 mod types;
 
-pub use data::{AnyPart, Data, Field, Item, Kind, Limits, Make, Part, Schema, Sign, Value};
-pub use read::{Fault, Problem, Reader};
+pub use data::{
+    AnyPart, Data, Fault, Field, Item, Kind, Limits, Make, Part, Problem, Reader, Schema, Sign, Value,
+};
 pub use types::{LinkName, PerAxis, Rows, Symmetric};
 
 #[doc(hidden)]

@@ -1,7 +1,7 @@
 //! The types that fields may have.
 
 use super::data::{Data, Item, Kind, Limits, Value};
-use super::read::{Fault, Reader};
+use super::data::{Fault, Reader};
 use crate::error::Number;
 
 impl Data for f64 {
