@@ -95,6 +95,8 @@ def test_scenes_of_the_corpus_run_and_set_every_key():
         (name, key)
         for name, node in scenes.SCHEMA.root["definitions"].items()
         for key in node.get("properties", ())
+        # A case is one file.
+        if name != "ArrayInFile"
     }
     with pool.Worker(judge.LIMIT) as worker:
         for path in sorted(scenes.CORPUS.iterdir()):

@@ -202,14 +202,17 @@ def test_large_arrays_are_saved_beside(tmp_path):
     assert_same(pickle.loads(pickle.dumps(back)).model, model)
     assert_same(copy.deepcopy(back).model, model)
     study = lissom.sweep(back, {"scene.gravity[2]": [-9.81, -1.62]}, t_end=0.01)
-    assert [run.status for run in study] == ["finished", "finished"]
+    assert study.status.values.tolist() == ["finished", "finished"]
 
 
 def test_arrays_of_users_files(tmp_path):
     scene = """version = 1
 [[link]]
 name = "slider"
-joint = { type = "prismatic", axis = [1, 0, 0], motion = { times = { file = "t.txt" }, values = { file = "x.csv" } } }
+[link.joint]
+type = "prismatic"
+axis = [1, 0, 0]
+motion = { times = { file = "t.txt" }, values = { file = "x.csv" } }
 [[link]]
 name = "ball"
 joint = { type = "free" }
@@ -236,7 +239,7 @@ t_end = 1.0
         (b"0\n1\n", b"\xff\n", "not text in UTF-8"),
         (b"0\n1\n", b"", "values"),
         (b"0,1\n2,3\n", b"0\n1\n", r"times"),
-        (b"0\n-1\n", b"0\n1\n", r"scene\.toml:4:.*times"),
+        (b"0\n-1\n", b"0\n1\n", r"scene\.toml:7:12: .*times"),
     ]:
         written(times, values)
         with pytest.raises(lissom.SceneError, match=message):
