@@ -177,7 +177,13 @@ def test_as_many_steps_as_scipy_takes(method, peer, damping, tolerance):
     M, D, K = np.array([[1.5, 0.5], [0.5, 0.5]]), np.diag([damping, 0.0]), np.diag([1.0, 3.0])
     q0, v0 = [1.0, 0.3], [0.0, 0.2]
     found = simulate(
-        lissom.Robot(links, gravity=(0, 0, 0)), 60.0, method=method, rtol=tolerance, atol=tolerance, q0=q0, v0=v0
+        lissom.Robot(links, gravity=(0, 0, 0)),
+        60.0,
+        method=method,
+        rtol=tolerance,
+        atol=tolerance,
+        q0=q0,
+        v0=v0,
     )
     of_state = np.block([[0 * M, np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
     jacobian = {"jac": of_state} if peer == "Radau" else {}
