@@ -166,7 +166,7 @@ def test_jumps_next_to_each_other_are_seen_one_by_one(method):
 
 @pytest.mark.parametrize("method", ["hht", "generalised_alpha"])
 def test_a_step_after_a_jump_begins_anew(method):
-    """Accelerations before the jump say nothing: algorithmic ones are ahead as if the true ones went on from there."""
+    """Accelerations before a jump say nothing: algorithmic ones are ahead of those after it alone."""
     p, k, h = newmark.PRESETS[method], 30.0, 0.05
     shift = p.alpha_m - p.alpha_f
     jump = 3 * h

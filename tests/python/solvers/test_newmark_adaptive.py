@@ -105,7 +105,7 @@ def test_accepted_steps_have_small_estimates(rtol, atol, beta, gamma, dt):
     ids=str,
 )
 def test_the_estimate_of_a_first_step_is_what_the_method_makes_wrong(options):
-    """Against a motion with linear acceleration; the estimate decides at which tolerance the step is taken."""
+    """Against linear acceleration; the estimate decides at which tolerance the step is taken."""
     name, parameters = "newmark", reference.Parameters(0.3, 0.6)
     if "alpha" in options:
         name, parameters = "hht", reference.hht(options["alpha"])
@@ -114,7 +114,7 @@ def test_the_estimate_of_a_first_step_is_what_the_method_makes_wrong(options):
     h, residual = 0.2, oscillator(2.0)
     q, v, a = (x[:, 0] for x in reference.integrate(residual, [0.0, h], [1.0], [0.5], parameters))
     of_displacement = q[1] - q[0] - h * v[0] - h**2 * (2 * a[0] + a[1]) / 6
-    # To leading order, and what is left: algorithmic accelerations are not ahead of the true ones in a first step.
+    # To leading order, and the rest: in a first step algorithmic accelerations are not ahead of true ones.
     p = parameters
     shift = p.alpha_m - p.alpha_f
     of_memory = v[1] - v[0] - h * (a[0] + a[1]) / 2 - h * (p.gamma + shift - 0.5) * (a[1] - a[0])
