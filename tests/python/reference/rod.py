@@ -219,14 +219,14 @@ class Held:
 
 def hat(w):
     """Matrix of the cross product with w."""
-    x, y, z = map(float, w)
+    x, y, z = np.asarray(w).tolist()
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def ad(twist):
     """Matrix of the Lie bracket with a twist."""
     # In one go: the references spend most of their time in small matrices.
-    a, b, c, x, y, z = map(float, twist)
+    a, b, c, x, y, z = np.asarray(twist).tolist()
     return np.array(
         [
             [0, -c, b, 0, 0, 0],
