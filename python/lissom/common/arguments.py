@@ -5,7 +5,6 @@ The extension and NumPy are loaded by the first conversion: commands that print 
 
 from __future__ import annotations
 
-import difflib
 import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -63,6 +62,8 @@ def keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
     for name in given:
         if name in names:
             continue
+        import difflib
+
         # As the compiled classes do: `orientation` may mean `base_orientation`.
         longer = [other for other in names if other.endswith(f"_{name}")]
         close = longer or difflib.get_close_matches(name, names, 1, CLOSE)

@@ -36,6 +36,14 @@ def till(modes, actuators, *, basis="legendre", loads=(), nodes=None, **options)
     )
 
 
+def with_tool(*actuators):
+    """A rod that does more than bend, with a body at its tip that turns."""
+    segment = lissom.Segment(L, RADIUS, E, G, RHO, {"bend_y": 3, "bend_z": 2, "stretch": 1, "torsion": 1})
+    body, joint = lissom.Body(0.1, inertia=(1, 1, 1)), lissom.Revolute((0, 1, 0))
+    tool = lissom.Link("tool", parent="rod", joint=joint, body=body)
+    return lissom.Robot([lissom.Link("rod", rod=[segment]), tool], actuators=actuators, **NO_GRAVITY)
+
+
 def settled(robot, q0=None):
     found = lissom.statics(robot, q0)
     assert found.success, found.message
@@ -407,6 +415,64 @@ def test_work_of_actuators_is_in_the_balance(actuator):
     assert balance.drift < 1e-5
 
 
+@pytest.mark.parametrize(
+    "actuator",
+    [
+        lissom.Tendon("it", along(0.01, -D), tension=3.0),
+        lissom.Tendon("it", along(0.01, -D), length=0.3, stiffness=1e3, damping=2.0),
+        lissom.Chamber("it", along(0.01, D), 1e-4, 2e4),
+        lissom.ActiveStrain("rod", "bend_y", (0.2, 1.0), 1.5),
+        lissom.Motor("tool", 0.4),
+        lissom.Motor("tool", position=0.3, gains=(2.0, 0.1)),
+    ],
+    ids=["tension", "cable", "chamber", "active strain", "torque", "servo"],
+)
+def test_what_actuators_do_at_rest_is_the_slope_of_their_energy(actuator):
+    """Constant commands have a potential: the forces that they require are its derivatives."""
+    actuated, plain = with_tool(actuator), with_tool()
+    random = np.random.default_rng(5)
+    q, along_it, rest = random.normal(0, 0.3, plain.n), random.normal(0, 1, plain.n), np.zeros(plain.n)
+    q[:3] += 0.7
+
+    def energy(h):
+        return actuated.energy(q + h * along_it, rest).total - plain.energy(q + h * along_it, rest).total
+
+    slopes = [(energy(h) - energy(-h)) / (2 * h) for h in (1e-3, 2e-3)]
+    forces = actuated.inverse_dynamics(q, rest, rest) - plain.inverse_dynamics(q, rest, rest)
+    assert abs(forces @ along_it) > 1e-3
+    # Without the error of second order.
+    assert_allclose((4 * slopes[0] - slopes[1]) / 3, forces @ along_it, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("make", "u"),
+    [
+        (lambda u: lissom.Tendon("it", along(0.01, -D), tension=u), 3.0),
+        (lambda u: lissom.Tendon("it", along(0.01, -D), length=u, stiffness=1e3, damping=2.0), 0.3),
+        (lambda u: lissom.Chamber("it", along(0.01, D), 1e-4, u), 2e4),
+        (lambda u: lissom.ActiveStrain("rod", "bend_y", (0.2, 1.0), u), 1.5),
+        (lambda u: lissom.Motor("tool", u), 0.4),
+        (lambda u: lissom.Motor("tool", u, limits=(-0.3, 0.4)), 0.399),
+        (lambda u: lissom.Motor("tool", position=u, gains=(2.0, 0.1)), 0.3),
+        (lambda u: lissom.Motor("tool", position=u, gains=(2.0, 0.1), limits=(-0.6, 0.8)), 0.8),
+    ],
+    ids=["tension", "cable", "chamber", "active strain", "torque", "limited", "servo", "limited servo"],
+)
+def test_what_inputs_change_is_the_derivative_of_the_forces(make, u):
+    robot = with_tool(make(lissom.Input("u", u)))
+    state = np.random.default_rng(6).normal(0, 0.3, (3, robot.n))
+    state[0, -1] = 0.4
+    h = 1e-4 * abs(u)
+    slopes = [
+        (robot.inverse_dynamics(*state, u=[u + k * h]) - robot.inverse_dynamics(*state, u=[u - k * h]))
+        / (2 * k * h)
+        for k in (1, 2)
+    ]
+    found = robot.input_tangent(*state, u=[u])[:, 0]
+    assert np.abs(found).max() > 0
+    assert_allclose(found, (4 * slopes[0] - slopes[1]) / 3, rtol=0, atol=1e-5 * np.abs(found).max())
+
+
 def test_tension_times_shortening_is_the_work():
     """The balance by hand: the work done at the drum is stored in the rod."""
     tendon = lissom.Tendon("t", along(0.0, -D), tension=lissom.Harmonic(2.0, 3.0, mean=3.0))
@@ -432,6 +498,10 @@ def test_active_strain_is_the_shape_of_a_free_rod():
     q = settled(robot)
     for X in (0.0, 0.2, L):
         assert_allclose(robot.strain(q, X, link="rod")[1], 1.0 + X / L, rtol=1e-10)
+    # Of the strain that the rod does not take it is EI / 2 times the integral of its square.
+    assert robot.energy(q, 0 * q).elastic == pytest.approx(0.0, abs=1e-12 * EI * L)
+    straight = robot.energy(0 * q, 0 * q).elastic
+    assert_allclose(straight, EI / 2 * L * 7 / 3, rtol=1e-12)
 
 
 def test_motor_and_servo_against_a_spring():

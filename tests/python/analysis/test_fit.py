@@ -190,6 +190,11 @@ def test_frequencies_of_a_beam_give_its_modulus():
     slope = measured / (2 * found.values[0])
     half = 1.959964 * 0.02 / np.linalg.norm(slope)
     np.testing.assert_allclose(np.diff(found.intervals[0]), 2 * half, rtol=1e-3)
+    # Three numbers less one parameter estimate the noise: Student's t for two degrees of freedom is 4.302653.
+    found = lissom.fit(straight(), noisy, {"segments[0].young_modulus": 3e5})
+    assert found.noise == pytest.approx(np.sqrt((found.residuals**2).sum() / 2), rel=1e-12)
+    half = 4.302653 * found.noise / np.linalg.norm(slope)
+    np.testing.assert_allclose(np.diff(found.intervals[0]), 2 * half, rtol=1e-3)
 
 
 REFUSED = {

@@ -96,6 +96,10 @@ class TestDamping:
         np.testing.assert_allclose(
             np.einsum("im,ij,jm->m", found.shapes.conj(), mass, found.shapes), 1, rtol=1e-9
         )
+        # What decays by exp(-d w t) at the frequency w.
+        sizes = np.abs(found.eigenvalues)
+        np.testing.assert_allclose(found.angular_frequency, sizes, rtol=1e-12)
+        np.testing.assert_allclose(found.damping_ratio, -found.eigenvalues.real / sizes, rtol=1e-12)
 
     @settings(max_examples=25)
     @given(random_rods(), seeds)

@@ -93,6 +93,23 @@ class TestBesideStiffThings:
         slowest = np.sqrt(k * 9.81 / weight)
         assert modes.angular_frequency[0] == pytest.approx(slowest, rel=1e-3)
 
+    @pytest.mark.parametrize("follows", [0.1, 0.25, 0.4])
+    @pytest.mark.parametrize(("part", "verdict"), [(0.999, "stable"), (1.001, "divergence")])
+    def test_a_force_that_follows_in_part_buckles(self, part, verdict, follows):
+        """Without a potential, yet without flutter up to a half: cos(l) = -a / (1 - a), F = l^2 E I / L^2.
+
+        From E I y'' = F (y(L) - y) - a F y'(L) (L - x) with both ends of the deflection y (Leipholz 1970).
+        """
+        radius, modulus = 0.01, 1e7
+        critical = np.arccos(-follows / (1 - follows)) ** 2 * modulus * np.pi / 4 * radius**4
+        parts = {"world": (1 - follows) * part * critical, "body": follows * part * critical}
+        loads = [lissom.Load(force=(-force, 0, 0), frame=frame) for frame, force in parts.items()]
+        rod = [lissom.Segment(1.0, radius, modulus, modulus / 3, 1000, modes={"bend_y": 8}, nodes=24)]
+        model = lissom.Rod(rod, loads=loads, gravity=(0, 0, 0))
+        found = lissom.statics(model, np.zeros(8), method="newton")
+        assert np.abs(found.q).max() < 1e-9
+        assert found.stability == lissom.modes(model, found.q).stability == verdict
+
     @pytest.mark.parametrize("stiffness", [None, 1e4, 1e12])
     @pytest.mark.parametrize(("force", "verdict"), [(19.8, "stable"), (20.3, "flutter")])
     def test_becks_column(self, force, verdict, stiffness):

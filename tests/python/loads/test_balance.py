@@ -40,6 +40,18 @@ def test_the_balance_closes_under_moments_forces_and_damping(damping):
     assert drifts[1] < 0.4 * drifts[0], "second order"
 
 
+@pytest.mark.parametrize("method", ["newmark", "linear_acceleration", "hht", "generalised_alpha"])
+def test_the_work_of_a_constant_moment_is_moment_times_angle(method):
+    """In the plane, to rounding, by each method: the way counts, not velocities at its ends."""
+    segment = lissom.Segment(0.2, 0.01, 3e5, 1e5, 1070.0, {"bend_y": 3})
+    rod = lissom.Rod([segment], tip_moment=(0.0, 2e-2, 0.0))
+    dt = 1e-4 if method == "linear_acceleration" else 1e-3
+    motion = lissom.simulate(rod, 40 * dt, dt=dt, method=method)
+    angle = 0.2 * motion.q[:, 0]
+    assert np.ptp(angle) > 1e-5
+    np.testing.assert_allclose(motion.balance.work, 2e-2 * (angle - angle[0]), rtol=1e-9, atol=1e-18)
+
+
 @pytest.mark.parametrize("method", ["rk45", "dop853", "radau"])
 def test_the_balance_of_an_accurate_motion_closes(method):
     rod = finger(0.01, **MOMENT)

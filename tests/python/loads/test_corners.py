@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 import lissom
 from lissom import BaseMotion, Body, Link, Prismatic, Revolute, Robot
+from reference import newmark
 
 FIXED = ("newmark", "hht", "generalised_alpha")
 METHODS = (*FIXED, "rk45", "dop853", "radau")
@@ -161,6 +162,35 @@ def test_jumps_next_to_each_other_are_seen_one_by_one(method):
     motion = lissom.simulate(model, -1.0 + 35 * dt, t0=-1.0, dt=dt, **method)
     exact = np.trapezoid(np.array(heights)[keep], times[keep])
     assert motion.v[-1, 0] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", ["hht", "generalised_alpha"])
+def test_a_step_after_a_jump_begins_anew(method):
+    """Accelerations before a jump say nothing: algorithmic ones are ahead of those after it alone."""
+    p, k, h = newmark.PRESETS[method], 30.0, 0.05
+    shift = p.alpha_m - p.alpha_f
+    jump = 3 * h
+    table = ([0.0, jump, jump + 1e-13, 9.0], [[2.0, 0, 0], [2.0, 0, 0], [-5.0, 0, 0], [-5.0, 0, 0]])
+    found = lissom.simulate(slider(table, stiffness=k), 6 * h, method=method, dt=h, q0=[0.1], v0=[0.3])
+    at = np.searchsorted(found.t, jump + 1e-12) - 1
+    q, v, step = found.q[at, 0], found.v[at, 0], found.t[at + 1] - found.t[at]
+    a = -5.0 - k * q
+
+    def equations(x):
+        a_end = x[2]
+        ahead = shift * (a_end - a)
+        start, end = a + ahead, a_end + ahead
+        return np.array(
+            [
+                x[0] - q - step * v - step**2 * ((0.5 - p.beta) * start + p.beta * end),
+                x[1] - v - step * ((1 - p.gamma) * start + p.gamma * end),
+                a_end + k * x[0] + 5.0,
+            ]
+        )
+
+    assert step == pytest.approx(h)
+    expected = newmark.root(equations, np.array([q, v, a]))
+    assert_allclose([found.q[at + 1, 0], found.v[at + 1, 0]], expected[:2], rtol=1e-7)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

@@ -38,5 +38,5 @@ class Segment(rod.Segment):
 
 
 class Rod(rod.Rod):
-    def _strain(self, i, X, q):
-        return np.asarray(self.segments[i].reference(X)) + self.segments[i].basis(X) @ q[self.dofs[i]]
+    def _strain(self, i, X, B_Phi, q):
+        return np.asarray(self.segments[i].reference(X)) + B_Phi @ q[self.dofs[i]]

@@ -76,7 +76,7 @@ class Section:
     def sizes(self, x):
         """Sizes at the fraction x of the segment."""
         for size in self.parameters.values():
-            base, tip = np.broadcast_to(size, 2)
+            base, tip = (size, size) if np.isscalar(size) else size
             yield base + (tip - base) * x
 
     def figure(self, x):
@@ -219,15 +219,24 @@ class Held:
 
 def hat(w):
     """Matrix of the cross product with w."""
-    return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+    x, y, z = np.asarray(w).tolist()
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
 def ad(twist):
     """Matrix of the Lie bracket with a twist."""
-    bracket = np.zeros((6, 6))
-    bracket[:3, :3] = bracket[3:, 3:] = hat(twist[:3])
-    bracket[3:, :3] = hat(twist[3:])
-    return bracket
+    # In one go: the references spend most of their time in small matrices.
+    a, b, c, x, y, z = np.asarray(twist).tolist()
+    return np.array(
+        [
+            [0, -c, b, 0, 0, 0],
+            [c, 0, -a, 0, 0, 0],
+            [-b, a, 0, 0, 0, 0],
+            [0, -z, y, 0, -c, b],
+            [z, 0, -x, c, 0, -a],
+            [-y, x, 0, -b, a, 0],
+        ]
+    )
 
 
 def unpack(y):
@@ -403,8 +412,9 @@ class Rod:
 
                 def rate(X, state, i=i, segment=segment, motion_rate=motion_rate, size=size, spread=spread):
                     y, F = state[:size], state[size : size + 6 * m].reshape(6, m)
-                    F_X = ad(self._strain(i, X, q)).T @ F - self._load(i, X, y, spread)
-                    tau_X = -segment.basis(X).T @ F
+                    B_Phi = segment.basis(X)
+                    F_X = ad(self._strain(i, X, B_Phi, q)).T @ F - self._load(i, X, y, spread)
+                    tau_X = -B_Phi.T @ F
                     return np.concatenate([motion_rate(X, y), F_X.ravel(), tau_X.ravel()])
 
                 state[size : size + 6 * m] += self._at_point(i, X1, state[:size]).ravel()
@@ -415,8 +425,8 @@ class Rod:
             tau[dof] = state[size + 6 * m :].reshape(-1, m)
         return tau, F
 
-    def _strain(self, i, X, q):
-        return self.segments[i].reference_strain + self.segments[i].basis(X) @ q[self.dofs[i]]
+    def _strain(self, i, X, B_Phi, q):
+        return self.segments[i].reference_strain + B_Phi @ q[self.dofs[i]]
 
     def _motion_rate(self, i, q, qd, qdd):
         """The outward equations of segment i."""
@@ -425,13 +435,14 @@ class Rod:
         def rate(X, y):
             R, _, eta, eta_t = unpack(y)
             B_Phi = segment.basis(X)
-            xi, xi_t, xi_tt = self._strain(i, X, q), B_Phi @ qd[dof], B_Phi @ qdd[dof]
+            xi, xi_t, xi_tt = self._strain(i, X, B_Phi, q), B_Phi @ qd[dof], B_Phi @ qdd[dof]
+            ad_xi = ad(xi)
             return np.concatenate(
                 [
-                    (R @ hat(xi[:3])).ravel(),
+                    (R @ ad_xi[:3, :3]).ravel(),
                     R @ xi[3:],
-                    xi_t - ad(xi) @ eta,
-                    (xi_tt - (ad(xi_t) @ eta)[:, None] - ad(xi) @ eta_t).ravel(),
+                    xi_t - ad_xi @ eta,
+                    (xi_tt - (ad(xi_t) @ eta)[:, None] - ad_xi @ eta_t).ravel(),
                 ]
             )
 

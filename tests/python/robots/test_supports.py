@@ -14,7 +14,7 @@ from scipy.special import ellipe, ellipk
 import lissom
 from reference import rod as reference_rod
 from reference import supports as reference
-from rod_cases import TWO_SUPPORTS, rich_segments
+from rod_cases import TWO_SUPPORTS, assert_tangents_agree_with_differences, rich_segments
 
 SUPPORTS = [
     *TWO_SUPPORTS,
@@ -143,6 +143,19 @@ def test_forces_agree_with_the_reference(seed):
     q, qd, qdd = 0.3 * np.random.default_rng(seed).standard_normal((3, rod.n))
     tau = wanted.inverse_dynamics(q, qd, qdd)
     assert_allclose(rod.inverse_dynamics(q, qd, qdd), tau, rtol=0, atol=1e-7 * np.abs(tau).max())
+
+
+@pytest.mark.parametrize("strains", [("bend_y", "stretch"), ("torsion", "bend_y", "bend_z", "stretch")])
+def test_tangents_agree_with_central_differences(strains):
+    """In motion, so that dampers count as well: what they feel turns with the rod."""
+    in_plane = len(strains) == 2
+    supports = [
+        {"damping": (0.2, 0.1, 0.3), "rotational_damping": (0.0, 0.03, 0.0), "stiffness": (20, 40, 5)},
+        {"at": 0.4, "rotational_stiffness": 0.3, "position": (0.4, 0.0, 0.2), "damping": 0.4},
+    ]
+    held = [lissom.Support(**support) for support in (supports if in_plane else SUPPORTS)]
+    rod = beam(2, 0.05, strains=strains, supports=held)
+    assert_tangents_agree_with_differences(rod, 0.5 * np.random.default_rng(4).standard_normal((3, rod.n)))
 
 
 vectors = st.tuples(*3 * [st.floats(-1, 1)])

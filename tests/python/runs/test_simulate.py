@@ -163,6 +163,38 @@ def test_a_rod_against_scipy(method):
     assert np.abs(found.v - expected[:, n:]).max(axis=0) == pytest.approx(0.0, abs=1e-4 * scale[n:].max())
 
 
+@pytest.mark.parametrize(("method", "peer"), [("rk45", "RK45"), ("dop853", "DOP853"), ("radau", "Radau")])
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-7])
+def test_as_many_steps_as_scipy_takes(method, peer, damping, tolerance):
+    """What a step's error is estimated to be decides how many there are: two masses on springs."""
+    joints = [lissom.Prismatic((1, 0, 0), stiffness=c, damping=d) for c, d in ((1.0, damping), (3.0, 0.0))]
+    first, second = (lissom.Body(m) for m in (1.0, 0.5))
+    links = [
+        lissom.Link("first", body=first, joint=joints[0]),
+        lissom.Link("second", body=second, joint=joints[1], parent="first"),
+    ]
+    M, D, K = np.array([[1.5, 0.5], [0.5, 0.5]]), np.diag([damping, 0.0]), np.diag([1.0, 3.0])
+    q0, v0 = [1.0, 0.3], [0.0, 0.2]
+    found = simulate(
+        lissom.Robot(links, gravity=(0, 0, 0)),
+        60.0,
+        method=method,
+        rtol=tolerance,
+        atol=tolerance,
+        q0=q0,
+        v0=v0,
+    )
+    of_state = np.block([[0 * M, np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, D)]])
+    jacobian = {"jac": of_state} if peer == "Radau" else {}
+    expected = solve_ivp(
+        lambda t, y: of_state @ y, (0.0, 60.0), q0 + v0, peer, rtol=tolerance, atol=tolerance, **jacobian
+    )
+    steps = len(expected.t) - 1
+    # The first steps and the last one may differ.
+    assert found.stats.steps == pytest.approx(steps, abs=3 + 0.005 * steps)
+
+
 # Steps of the others would have to be shorter than the rod's fastest vibration.
 UNCONDITIONALLY_STABLE = ["newmark", "average_acceleration", "hht", "generalised_alpha"]
 

@@ -95,6 +95,39 @@ def test_accepted_steps_have_small_estimates(rtol, atol, beta, gamma, dt):
         assert np.median(settled) > 0.05
 
 
+@pytest.mark.parametrize(
+    "options",
+    [
+        *({"alpha": alpha} for alpha in (-0.05, -0.1, -0.3)),
+        *({"rho_inf": rho_inf} for rho_inf in (0.0, 0.5, 0.8)),
+        {"beta": 0.3, "gamma": 0.6},
+    ],
+    ids=str,
+)
+def test_the_estimate_of_a_first_step_is_what_the_method_makes_wrong(options):
+    """Against linear acceleration; the estimate decides at which tolerance the step is taken."""
+    name, parameters = "newmark", reference.Parameters(0.3, 0.6)
+    if "alpha" in options:
+        name, parameters = "hht", reference.hht(options["alpha"])
+    elif "rho_inf" in options:
+        name, parameters = "generalised_alpha", reference.generalised_alpha(options["rho_inf"])
+    h, residual = 0.2, oscillator(2.0)
+    q, v, a = (x[:, 0] for x in reference.integrate(residual, [0.0, h], [1.0], [0.5], parameters))
+    of_displacement = q[1] - q[0] - h * v[0] - h**2 * (2 * a[0] + a[1]) / 6
+    # To leading order, and the rest: in a first step algorithmic accelerations are not ahead of true ones.
+    p = parameters
+    shift = p.alpha_m - p.alpha_f
+    of_memory = v[1] - v[0] - h * (a[0] + a[1]) / 2 - h * (p.gamma + shift - 0.5) * (a[1] - a[0])
+    coefficient = max(abs(p.gamma + shift - 0.5), SMALLEST_VELOCITY_COEFFICIENT)
+    of_velocity = h * coefficient * abs(a[1] - a[0]) + abs(of_memory)
+    estimate = np.sqrt((of_displacement**2 + of_velocity**2) / 2)
+    for factor, rejects in ((1.0001, False), (0.9999, True)):
+        found = adaptive(
+            residual, (0.0, h), [1.0], [0.5], dt=h, method=name, rtol=0.0, atol=factor * estimate, **options
+        )
+        assert (found.stats.rejected > 0) == rejects
+
+
 def test_rejected_steps_are_counted_and_not_returned():
     found = adaptive(oscillator(10.0), (0.0, 1.0), [1.0], [0.0], dt=1.0, rtol=1e-4, atol=1e-4)
     assert found.stats.rejected > 0

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
 
-from ...._lissom import Model, SpringPendulum
+from ...._lissom import Model, MotionResult, SpringPendulum
+from ....results.runs import Array
 from ..lab.rod import WIRE
 from . import judge, rods
 from .cell import Cell, Group, Outcome
@@ -46,7 +47,7 @@ def energy(case: str, method: str, steps: int) -> Outcome:
     cost = motion.stats.nfev
     if not np.isfinite(motion.q).all():
         return Outcome("wrong", "the states are not finite", None, cost)
-    early = short_error(model, method, dt, state)
+    early = short_error(case, method)
     if early is None:
         return Outcome("failed", f"nothing to compare with after {judge.DEADLINE:g} s", None, cost)
     if early > SHORT_TOLERANCE:
@@ -59,14 +60,22 @@ def energy(case: str, method: str, steps: int) -> Outcome:
     )
 
 
-def short_error(model: Model, method: str, dt: float, state: Start) -> float | None:
+def short_error(case: str, method: str) -> float | None:
     """Largest error in the first seconds, relative to the largest coordinate; None if a run fails."""
-    times = np.linspace(0.0, SHORT, INSTANTS)
+    model, state, dt = CASES[case]
+    times, right = first_seconds(case)
     found = judge.run(model, SHORT, method=method, dt=dt, t_eval=times, **state)
-    right = judge.run(model, SHORT, method="radau", rtol=1e-9, atol=1e-11, t_eval=times, **state)
     if not (found.success and right.success):
         return None
     return float(np.abs(found.q - right.q).max() / np.abs(right.q).max())
+
+
+@cache
+def first_seconds(case: str) -> tuple[Array, MotionResult]:
+    """Times, and the motion by a method of high order, which both methods are compared with."""
+    model, state, _ = CASES[case]
+    times = np.linspace(0.0, SHORT, INSTANTS)
+    return times, judge.run(model, SHORT, method="radau", rtol=1e-9, atol=1e-11, t_eval=times, **state)
 
 
 def group() -> Group:

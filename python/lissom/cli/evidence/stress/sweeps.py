@@ -106,7 +106,7 @@ def masses() -> Group:
         "Nearly singular mass matrices",
         "what makes them so",
         COLUMNS,
-        analyses.cells([*heavy, *thin], quick=["tip mass 1e-09 kg", "tip mass 1e+06 kg"]),
+        analyses.cells([*heavy, *thin], quick=["tip mass 1e-09 kg", "tip mass 1000 kg"]),
         "Masses at the tip beside a rod of 1.3 kg; wires whose inertia of twisting is next to nothing. "
         + analyses.TEXT,
     )
