@@ -17,7 +17,7 @@ use super::robot::PyRobot;
 use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value};
 use crate::error::{Interrupted, InvalidInput};
-use crate::integrators::newmark::{ATOL, Parameters, Predictor, RTOL};
+use crate::integrators::newmark::{ATOL, Impacts, Parameters, Predictor, RTOL};
 use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{Auto, Configuration, Dop853, Integration, Jacobian, Newmark, Radau, Rk45};
@@ -358,6 +358,7 @@ impl GivenOptions<'_, '_> {
                     jac: self.jac.map_or(Ok(Jacobian::Analytic), |jac| word(jac, "jac"))?,
                     predictor: self.predictor.map_or(Ok(Predictor::Best), |name| word(name, "predictor"))?,
                     reuse_jacobian: self.reuse_jacobian.unwrap_or(true),
+                    impacts: Impacts::default(),
                 }
                 .into()
             }

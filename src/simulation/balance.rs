@@ -306,9 +306,15 @@ impl<'a> FlowMeter<'a> {
         Ok(())
     }
 
-    /// Takes note of a jump, of inputs or by an impact: accelerations have jumped, and energies by what was dissipated and by
-    /// this work.
+    /// Energy dissipated and work so far.
+    pub(crate) fn total(&self) -> [f64; 2] {
+        self.total
+    }
+
+    /// Takes note of a jump, of inputs or by an impact, or of a step that was followed otherwise: accelerations have jumped, and
+    /// energies by what was dissipated and by this work.
     pub(crate) fn jump(&mut self, state: State<'_>, [dissipated, work]: [f64; 2]) {
+        self.t = state.t;
         // As it is written now: rotation vectors may have changed.
         self.q.copy_from_slice(state.q);
         self.v.copy_from_slice(state.v);
@@ -377,7 +383,8 @@ impl<'a> FlowMeter<'a> {
         while let Some(&t) = times.get(recorded(self))
             && t <= state.t
         {
-            if t == state.t {
+            // A step that was followed otherwise has its flow at once.
+            if t == state.t || self.t == state.t {
                 self.record(self.total);
                 continue;
             }

@@ -92,6 +92,8 @@ pub(crate) struct Unilateral {
     /// Whether a constraint that holds one way only has stopped something in it.
     pub(crate) has_stopped: bool,
     pub(super) impacts: Impacts,
+    /// The impacts before the last step of fixed size.
+    impacts_before: Impacts,
     pressed: Pressed,
     /// What the motion has now, if surfaces touch and the last step followed their forces.
     pub(super) holding: Option<Holding>,
@@ -237,6 +239,24 @@ impl Unilateral {
     /// What acts has jumped, or velocities have.
     pub(crate) fn forget(&mut self) {
         self.holding = None;
+    }
+
+    /// A step of fixed size begins.
+    pub(super) fn begin_step(&mut self) {
+        self.impacts_before = self.impacts;
+    }
+
+    /// What the last step of fixed size has stopped that would rebound: its energy over the largest kinetic energy in an impact so far.
+    pub(crate) fn stopped(&self) -> f64 {
+        self.impacts.lost_since(&self.impacts_before)
+    }
+
+    /// The last step was made once more and has lost nothing. Accelerations of vibrations that steps do not resolve would feed the next
+    /// one energy, which is without memory.
+    pub(crate) fn resolve(&mut self, touches: bool) {
+        self.impacts = self.impacts.without_losses_since(&self.impacts_before);
+        (self.unsettled, self.touches) = (1, touches);
+        self.forget();
     }
 
     /// Why the motion in steps of such a size may be wrong although all were made.

@@ -47,6 +47,7 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
     let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
     let mut ladder = Ladder { stepper, system };
     if is_one_sided {
+        ladder.unilateral().begin_step();
         return ladder.step(t_new, h);
     }
     match ladder.part(t_new, h, Memory::Kept)? {

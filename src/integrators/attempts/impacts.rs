@@ -63,6 +63,17 @@ impl Impacts {
         self.most_missing = self.most_missing.max(self.missing);
     }
 
+    /// What they have lost since, over the largest kinetic energy in an impact.
+    pub(super) fn lost_since(&self, before: &Self) -> f64 {
+        let lost = self.lost - before.lost;
+        if lost > 0.0 { lost / self.kinetic } else { 0.0 }
+    }
+
+    /// As before these losses, but for the sizes to which losses are compared.
+    pub(super) fn without_losses_since(&self, before: &Self) -> Self {
+        Self { kinetic: self.kinetic, elastic: self.elastic, ..*before }
+    }
+
     /// Why a motion with steps of this size may be wrong, if they have lost much.
     pub(super) fn doubt(&self, dt: f64) -> Option<String> {
         let &Self { lost, worst, at, contact, longest, kinetic, elastic, missing, most_missing, is_known } =

@@ -37,7 +37,7 @@ mod stepper;
 mod trial;
 
 pub(crate) use options::{ATOL, RTOL};
-pub use options::{Options, Predictor, StepSize};
+pub use options::{Impacts, Options, Predictor, StepSize};
 pub use scheme::{METHODS, Parameters, Scheme};
 pub use solution::solve;
 pub use stepper::Stepper;

@@ -20,6 +20,16 @@ pub enum Predictor {
     Zero,
 }
 
+/// What becomes of impacts that are shorter than steps of fixed size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
+pub enum Impacts {
+    /// They stop what meets.
+    #[default]
+    Stopped,
+    /// Simulations make the steps in which something would rebound once more, by Radau's method.
+    Resolved,
+}
+
 /// Step-size selection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StepSize {
@@ -84,6 +94,8 @@ pub struct Options {
     /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
     /// Default: true.
     pub reuse_jacobian: bool,
+    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Stopped`].
+    pub impacts: Impacts,
     /// Accelerations at the start; `None` solves for them.
     pub initial_acceleration: Option<Vec<f64>>,
     /// Maximum number of accepted steps. Default: no limit.
@@ -105,6 +117,7 @@ impl Options {
             atol: ATOL.into(),
             predictor: Predictor::default(),
             reuse_jacobian: true,
+            impacts: Impacts::default(),
             initial_acceleration: None,
             max_steps: usize::MAX,
         }

@@ -277,6 +277,11 @@ impl Stepper {
         &self.v
     }
 
+    /// Current accelerations, and multipliers of constraints behind them.
+    pub(crate) fn unknowns(&self) -> &[f64] {
+        &self.a
+    }
+
     /// Current accelerations, which satisfy the equations of motion to the tolerance of the step.
     pub fn a(&self) -> &[f64] {
         &self.a[..self.q.len()]

@@ -5,7 +5,7 @@ mod tolerance;
 use crate::description::schema::{Described, Reader};
 use crate::error::{Checker, InvalidInput};
 use crate::integrators::newmark;
-use crate::integrators::newmark::{ATOL, Parameters, Predictor, RTOL, Scheme, StepSize};
+use crate::integrators::newmark::{ATOL, Impacts, Parameters, Predictor, RTOL, Scheme, StepSize};
 use crate::integrators::ode;
 use crate::integrators::ode::Tolerance;
 use crate::integrators::radau;
@@ -70,6 +70,10 @@ pub struct Newmark {
     /// Whether factorised Jacobians are used again while they converge; otherwise every Newton iteration evaluates one.
     #[part(default = true)]
     pub reuse_jacobian: bool,
+    /// What becomes of impacts that are shorter than steps of fixed size: they stop what meets, with a warning where that takes much energy; or the steps
+    /// in which something would rebound are made once more by Radau's method, at most 200 steps each.
+    #[part(default)]
+    pub impacts: Impacts,
 }
 
 /// An adaptive method; they have the same options.
@@ -244,6 +248,7 @@ impl Newmark {
             atol: self.atol.clone(),
             predictor: self.predictor,
             reuse_jacobian: self.reuse_jacobian,
+            impacts: self.impacts,
             max_steps: self.max_steps.unwrap_or(usize::MAX),
             ..newmark::Options::new(dt)
         })

@@ -1,6 +1,7 @@
 //! A model with the stepper of a method: the common interface of all methods.
 
 use super::method::Method;
+use super::resolving::{Resolved, Resolving};
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput};
@@ -99,6 +100,26 @@ impl<M: Model> Integrator<M> {
                 system.hold(t, y, rate)
             }
         }
+    }
+
+    /// Makes a step of fixed size that has stopped an impact once more, by a method that resolves it. Returns the energy that is
+    /// dissipated then, and the work; `None` where the step stays as it is.
+    pub(super) fn resolve_impact(
+        &mut self,
+        resolving: &mut Resolving,
+    ) -> Result<Option<[f64; 2]>, Interrupted> {
+        let Self::Newmark { model, stepper } = self else { return Ok(None) };
+        let others = stepper.counters().nfev;
+        let allowed = resolving.allowed(stepper.stopped(), stepper.q().len(), others);
+        if allowed == 0 {
+            return Ok(None);
+        }
+        let t_span = (stepper.t_old(), stepper.t());
+        let (resolved, work) = resolving.resolve(model, t_span, stepper.before(), allowed)?;
+        stepper.add_work(&work);
+        let Some(Resolved { motion: [q, v, a], flow, touches }) = resolved else { return Ok(None) };
+        stepper.end_instead([&q, &v, &a], touches);
+        Ok(Some(flow))
     }
 
     /// Whether constraints that hold one way only change between its steps, and not within.

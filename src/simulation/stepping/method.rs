@@ -55,6 +55,12 @@ impl Method {
             _ => None,
         }
     }
+
+    /// Whether steps of fixed size that stop an impact are made once more.
+    pub(crate) fn resolves_impacts(&self) -> bool {
+        self.fixed_step().is_some()
+            && matches!(self, Self::Newmark(options) if options.impacts == newmark::Impacts::Resolved)
+    }
 }
 
 /// Fixed steps must resolve oscillations: steps longer than half a period alias them to lower frequencies

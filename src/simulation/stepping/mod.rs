@@ -23,6 +23,7 @@ mod changes;
 mod energy_watch;
 mod integrator;
 mod method;
+mod resolving;
 mod run;
 mod start;
 mod status;

@@ -5,6 +5,7 @@ use super::changes::{Changes, Verdict, judge};
 use super::energy_watch::EnergyWatch;
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
+use super::resolving::Resolving;
 use super::start::Start;
 use super::status::{Status, Stop};
 use crate::description::signal::{Jumps, covers};
@@ -58,6 +59,10 @@ pub struct Run<M> {
     is_watched: bool,
     /// What is prescribed, in steps of one size.
     carried: Option<Box<Carried>>,
+    /// Impacts in steps of one size, and what was dissipated and done in the last step that was made once more for them.
+    resolves_impacts: bool,
+    resolving: Resolving,
+    resolved: Option<[f64; 2]>,
     stop: Option<Stop>,
 }
 
@@ -93,6 +98,7 @@ impl<M: Model> Run<M> {
         let inputs = model.facts().default_inputs.clone();
         model.set_steps(method.fixed_step().unwrap_or(0.0));
         model.start_at(t_span.0);
+        let is_resolving = method.resolves_impacts() && !model.facts().is_one_sided;
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
@@ -115,6 +121,9 @@ impl<M: Model> Run<M> {
             supply: None,
             is_watched: false,
             carried: None,
+            resolves_impacts: is_resolving,
+            resolving: Resolving::default(),
+            resolved: None,
             stop: None,
         })
     }
@@ -340,6 +349,9 @@ impl<M: Model> Run<M> {
         let steps = self.integrator.steps();
         let status = self.integrator.step()?;
         if self.integrator.steps() > steps {
+            if self.resolves_impacts {
+                self.resolved = self.integrator.resolve_impact(&mut self.resolving)?;
+            }
             self.stop = match self.integrator.hold()? {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
                 false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
@@ -495,6 +507,7 @@ impl<M: Model> Run<M> {
         of_changes
             .into_iter()
             .chain(of_jump)
+            .chain(self.resolved.take())
             .reduce(|[lost, work], [more_lost, more]| [lost + more_lost, work + more])
     }
 
@@ -667,6 +680,7 @@ impl<M: Model> Run<M> {
         tape.optional(&mut self.jumped_at, 0.0, Tape::number);
         self.grid.serialise(tape);
         self.integrator.serialise(tape);
+        self.resolving.serialise(tape);
         self.has_mass |= self.integrator.steps() > 0;
         self.serialise_watch(tape);
         if let Some(changes) = &mut self.changes {

@@ -106,6 +106,26 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.restart(motion));
     }
 
+    /// What the last step of fixed size has stopped ([`Unilateral::stopped`](crate::integrators::attempts::Unilateral::stopped)).
+    pub(crate) fn stopped(&self) -> f64 {
+        of_kind!(&self.0, stepper => stepper.unilateral.stopped())
+    }
+
+    /// Displacements and velocities at the start of the last step.
+    pub(crate) fn before(&self) -> [&[f64]; 2] {
+        of_kind!(&self.0, stepper => [&stepper.q_old[..], &stepper.v_old])
+    }
+
+    /// Puts this end in place of that of the last step, which was made once more; whether surfaces touch there.
+    pub(crate) fn end_instead(&mut self, motion: [&[f64]; 3], touches: bool) {
+        of_kind!(&mut self.0, stepper => stepper.end_instead(motion, touches));
+    }
+
+    /// Adds what was evaluated outside.
+    pub(crate) fn add_work(&mut self, work: &Counters) {
+        of_kind!(&mut self.0, stepper => stepper.add_work(work));
+    }
+
     /// What goes on from step to step.
     pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         self.suit(system);

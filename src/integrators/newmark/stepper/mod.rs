@@ -258,6 +258,19 @@ impl<V: Numbers> StepperOf<V> {
         self.corrector.doubt_jacobian();
     }
 
+    /// Puts this end in place of that of the last step, which was made once more with so much work.
+    fn end_instead(&mut self, motion: [&[f64]; 3], touches: bool) {
+        self.restart(motion);
+        self.unilateral.resolve(touches);
+    }
+
+    /// Adds what was evaluated outside.
+    fn add_work(&mut self, work: &Counters) {
+        self.counters.nfev += work.nfev;
+        self.counters.njev += work.njev;
+        self.counters.nlu += work.nlu;
+    }
+
     /// What goes on from step to step.
     fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {

@@ -1,0 +1,105 @@
+//! Impacts that steps of fixed size stop: such a step is made once more, by a method that resolves them.
+//!
+//! What meets within a step should rebound as its law of contact says. An impulse by the masses of the model would not do: for
+//! rods the mass at the place of an impact is that of the discretisation, and waves make the rebound. So the law stays as it is, and
+//! only the steps in which something rebounds take shorter ones, by Radau's method with an error estimate.
+
+use crate::error::Interrupted;
+use crate::integrators::radau;
+use crate::integrators::second_order::{Counters, Status};
+use crate::model::Model;
+use crate::numerics::tape::Tape;
+use crate::simulation::balance::{FlowMeter, Rule, State};
+
+/// Impacts matter that would give back this part of the largest kinetic energy in an impact so far.
+const MATTERS: f64 = 1e-3;
+
+/// Relative tolerance of the steps within: balls rebound with 1.0000 of their energy, and none is gained but 2e-4.
+const TOLERANCE: f64 = 1e-4;
+
+/// Absolute tolerance of displacements in their typical sizes, and of velocities in these per step: overlaps are small beside them.
+const SMALLEST: f64 = 1e-8;
+
+/// What took no more steps than these within one is resolved by steps of fixed size.
+const FEW: usize = 8;
+
+/// Evaluations, times coordinates, for which impacts are resolved however few the others are: a second or so. A soft rod that falls on
+/// its end takes half of it.
+const FREE_WORK: usize = 400_000;
+
+/// How far impacts are resolved in a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Resolving {
+    /// Evaluations so far.
+    used: usize,
+    /// Whether the last step was resolved and ended within an impact: what is pressed is yet to be given back.
+    goes_on: bool,
+}
+
+/// A step made once more.
+pub(super) struct Resolved {
+    /// Displacements, velocities, and accelerations with multipliers behind them.
+    pub(super) motion: [Vec<f64>; 3],
+    /// Energy dissipated in it, and work.
+    pub(super) flow: [f64; 2],
+    /// Whether surfaces touch at its end.
+    pub(super) touches: bool,
+}
+
+impl Resolving {
+    /// Evaluations that may be made for a step that has stopped so much of `n` coordinates, beside so many others in the run; none
+    /// where it stays as it is.
+    pub(super) fn allowed(&mut self, stopped: f64, n: usize, others: usize) -> usize {
+        if !std::mem::take(&mut self.goes_on) && stopped <= MATTERS {
+            return 0;
+        }
+        (FREE_WORK / n.max(1) + others).saturating_sub(self.used)
+    }
+
+    /// The step of `model` from these displacements and velocities, with what it took; nothing where it takes more evaluations than
+    /// are allowed.
+    pub(super) fn resolve<M: Model>(
+        &mut self,
+        model: &mut M,
+        t_span: (f64, f64),
+        [q, v]: [&[f64]; 2],
+        allowed: usize,
+    ) -> Result<(Option<Resolved>, Counters), Interrupted> {
+        let (n, h) = (q.len(), t_span.1 - t_span.0);
+        let sizes = model.facts().typical_coordinates.iter().map(|size| SMALLEST * size);
+        let atol: Vec<f64> = sizes.clone().chain(sizes.map(|size| size / h)).collect();
+        let options =
+            radau::Options { rtol: TOLERANCE.into(), atol: atol.into(), ..radau::Options::default() };
+        let Ok(mut stepper) = radau::Stepper::new(n, t_span, q, v, &options) else {
+            return Ok((None, Counters::default()));
+        };
+        let mut meter = FlowMeter::new(model, Rule::Quintic, t_span.0, [q, v], Some(&[]));
+        let status = loop {
+            let status = stepper.step(model)?;
+            let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
+            if let Some(meter) = &mut meter {
+                meter.step(model, state)?;
+            }
+            if status.is_some() || stepper.counters().nfev > allowed {
+                break status;
+            }
+        };
+        let work = stepper.counters();
+        self.used += work.nfev;
+        if status != Some(Status::Finished) {
+            return Ok((None, work));
+        }
+        model.set_time(t_span.1)?;
+        let touches = model.overlaps(stepper.q());
+        self.goes_on = touches && work.steps > FEW;
+        let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);
+        let flow = meter.map_or([0.0; 2], |meter| meter.total());
+        Ok((Some(Resolved { motion, flow, touches }), work))
+    }
+
+    /// What goes on from step to step.
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
+        tape.count(&mut self.used);
+        tape.flag(&mut self.goes_on);
+    }
+}
