@@ -27,6 +27,7 @@ class Newmark(Part):
         jac: Literal["analytic", "forward", "central"] = "analytic",
         predictor: Literal["best", "last", "zero"] = "best",
         reuse_jacobian: bool = True,
+        impacts: Literal["stopped", "resolved"] = "stopped",
     ) -> None: ...
     @property
     def rho_inf(self) -> float | None: ...
@@ -54,6 +55,8 @@ class Newmark(Part):
     def predictor(self) -> Literal["best", "last", "zero"]: ...
     @property
     def reuse_jacobian(self) -> bool: ...
+    @property
+    def impacts(self) -> Literal["stopped", "resolved"]: ...
 
 class Radau(Part):
     __match_args__ = ()

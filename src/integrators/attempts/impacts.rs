@@ -100,7 +100,7 @@ impl Impacts {
         Some(format!(
             "Impacts are shorter than steps of {} s, which stop what should rebound: they take {} J out of the motion, {:.0} % of \
              its largest kinetic energy, {} J of these in contacts[{contact}] at t = {at:.3} s. Take `dt={longest:.1e}` or less, \
-             {softer:.0e} times that `stiffness`, or method \"radau\".",
+             {softer:.0e} times that `stiffness`, method \"radau\", or `method=lissom.methods.Newmark(impacts=\"resolved\")`.",
             Number(dt),
             energy(lost),
             100.0 * lost / kinetic,

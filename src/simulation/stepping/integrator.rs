@@ -44,6 +44,11 @@ impl<M: Model> Integrator<M> {
                                     tendons that become taut";
                     return Err(InvalidInput::new("adaptive", "True", expected));
                 }
+                if model.facts().is_one_sided && options.impacts == newmark::Impacts::Resolved {
+                    let expected = "\"stopped\", or tendons with a `stiffness`: steps that are made once more do not look for tendons that \
+                                    do not stretch";
+                    return Err(InvalidInput::new("impacts", "\"resolved\"", expected));
+                }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper) }
@@ -109,8 +114,8 @@ impl<M: Model> Integrator<M> {
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper } = self else { return Ok(None) };
-        let others = stepper.counters().nfev;
-        let allowed = resolving.allowed(stepper.stopped(), stepper.q().len(), others);
+        let evaluations = stepper.counters().nfev;
+        let allowed = resolving.allowed(stepper.stopped(), stepper.q().len(), evaluations);
         if allowed == 0 {
             return Ok(None);
         }

@@ -46,14 +46,22 @@ pub(super) struct Resolved {
     pub(super) touches: bool,
 }
 
+/// Tangents count as evaluations of this number.
+const TANGENT: usize = 5;
+
+fn work_of(counters: &Counters) -> usize {
+    counters.nfev + TANGENT * counters.njev
+}
+
 impl Resolving {
-    /// Evaluations that may be made for a step that has stopped so much of `n` coordinates, beside so many others in the run; none
-    /// where it stays as it is.
-    pub(super) fn allowed(&mut self, stopped: f64, n: usize, others: usize) -> usize {
+    /// Evaluations that may be made for a step that has stopped so much of `n` coordinates; none where it stays as it is. As many as
+    /// for all other steps are allowed in a run, of so many `evaluations` in all.
+    pub(super) fn allowed(&mut self, stopped: f64, n: usize, evaluations: usize) -> usize {
         if !std::mem::take(&mut self.goes_on) && stopped <= MATTERS {
             return 0;
         }
-        (FREE_WORK / n.max(1) + others).saturating_sub(self.used)
+        // Those made here are among them.
+        (FREE_WORK / n.max(1) + evaluations).saturating_sub(2 * self.used)
     }
 
     /// The step of `model` from these displacements and velocities, with what it took; nothing where it takes more evaluations than
@@ -80,12 +88,12 @@ impl Resolving {
             if let Some(meter) = &mut meter {
                 meter.step(model, state)?;
             }
-            if status.is_some() || stepper.counters().nfev > allowed {
+            if status.is_some() || work_of(&stepper.counters()) > allowed {
                 break status;
             }
         };
         let work = stepper.counters();
-        self.used += work.nfev;
+        self.used += work_of(&work);
         if status != Some(Status::Finished) {
             return Ok((None, work));
         }

@@ -98,7 +98,7 @@ impl<M: Model> Run<M> {
         let inputs = model.facts().default_inputs.clone();
         model.set_steps(method.fixed_step().unwrap_or(0.0));
         model.start_at(t_span.0);
-        let is_resolving = method.resolves_impacts() && !model.facts().is_one_sided;
+        let is_resolving = method.resolves_impacts() && model.facts().has_contact;
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
