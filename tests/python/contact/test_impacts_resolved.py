@@ -30,7 +30,7 @@ def test_an_ideal_ball_returns(stiffness, height, dt):
     robot = ball(stiffness)
     result = lissom.simulate(robot, 2.3 * np.sqrt(2 * height / G), dt=dt, q0=[0.1 + height], method=RESOLVED)
     top = result.q[result.t > 1.2 * np.sqrt(2 * height / G), 0].max() - 0.1
-    # The step after the impact, by the backward Euler method, loses g dt^2 / 2, and the top lies within half a step
+    # The step after the impact (backward Euler) loses g dt^2 / 2, and the top lies within half a step
     # of one of the times.
     lost = G * dt**2 * (1 / 2 + 1 / 8)
     assert height * (1 - 2e-4) - lost < top < height * (1 + 2e-4)
