@@ -291,10 +291,9 @@ impl Data for Stiffness {
         Kind::OneOf("ContactStiffness", &[Kind::Number, Kind::Word("ContactRule", &["material"])]);
 
     fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
-        const RULE: Kind = Kind::Word("ContactRule", &["material"]);
         match value {
             Value::Number(_) | Value::Integer(_) => f64::read(value, reader).map(Self::Given),
-            Value::Text(_) => reader.word(&RULE, value).map(|_| Self::Material),
+            Value::Text(word) if word == "material" => Some(Self::Material),
             _ => reader.wrong_type(value, &Self::KIND),
         }
     }

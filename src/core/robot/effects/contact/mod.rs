@@ -9,6 +9,7 @@
 //! assert!(contact.validate(&|_| Some(1.0)).is_ok());
 //! ```
 
+pub(crate) mod advice;
 pub(crate) mod broad_phase;
 pub(crate) mod compile;
 pub(crate) mod curve;

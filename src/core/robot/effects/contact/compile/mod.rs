@@ -23,7 +23,7 @@ use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
-pub(crate) use stiffness::{check_stiffness, of_material, stiffnesses};
+pub(crate) use stiffness::{OVERLAP, check_stiffness, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
 /// largest radius: twice half the circumference of the tightest possible ring.

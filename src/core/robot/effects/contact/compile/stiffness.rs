@@ -2,16 +2,17 @@
 //!
 //! The material of steel wire is stiffer than any load on it asks for, by factors of thousands, and each such factor costs Newton
 //! iterations. By default the surfaces are therefore as stiff as the material, but no stiffer than needed for small overlaps under
-//! what the robot can press with: its weight, its loads, and the force that bends its rods.
+//! what the robot can press with: its weight, its loads, and the force that bends its rods. Where more presses, of which nothing is
+//! known before a run, they are as stiff as the material.
 
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
 use super::bodies;
-use crate::description::joint::Motion;
+use crate::description::joint::{Joint, Motion};
 use crate::description::rod::{SectionProperties, Segment};
 use crate::description::signal::Signal;
 use crate::error::{Checker, InvalidInput};
-use crate::robot::description::{Link, Robot};
+use crate::robot::description::{Driven, Link, Robot};
 use crate::robot::effects::actuator::{Actuator, Drive, MotorCommand};
 use crate::robot::effects::contact::plan::{NODES, WEIGHTS};
 use crate::robot::effects::contact::{Contact, Stiffness, Surface};
@@ -30,6 +31,11 @@ const OF_PARABOLA: f64 = 4.0 / 3.0 * SQRT_2;
 /// `F L^2 / (E I)` of a force F that turns the tip of a clamped rod by about 75 degrees (Bisshopp and Drucker 1945, figure 2).
 const BENDING: f64 = 7.0;
 
+/// Weights count twice, because what is let go presses twice as much as at rest. What free joints let fall counts four times: from
+/// twice the length of a slender rod it overlaps by a third of the radius, by `d = sqrt(2 F h / (k L))` of a fall by h.
+const LET_GO: f64 = 2.0;
+const FALLING: f64 = 4.0;
+
 /// Sections are looked at in this many parts of a segment along which they vary.
 const PARTS: usize = 8;
 
@@ -39,10 +45,17 @@ pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
     let known = robot.contacts.iter().any(is_open).then(|| Known::new(robot));
     let stiffness = |contact: &Contact| match (contact.stiffness, &known) {
         (Some(Stiffness::Given(stiffness)), _) => stiffness,
-        (None, Some(known)) => of_material(contact, robot).min(known.of_loads(contact)),
+        (None, Some(known)) if known.is_complete(contact) => {
+            of_material(contact, robot).min(known.of_loads(contact))
+        }
         _ => of_material(contact, robot),
     };
     robot.contacts.iter().map(stiffness).collect()
+}
+
+/// What would be the default of a contact if nothing else pressed than what is known.
+pub(crate) fn needed_stiffness(robot: &Robot, contact: &Contact) -> f64 {
+    of_material(contact, robot).min(Known::new(robot).of_loads(contact))
 }
 
 /// Rejects contacts of rods without a material, if nothing else tells how stiff they are.
@@ -94,11 +107,31 @@ struct Rod {
     radius: f64,
 }
 
-/// Magnitudes of forces in newtons and of moments in newton metres, added up.
+/// Magnitudes that press, added up.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pressing {
+    /// Newtons.
+    weight: f64,
+    /// Whether a free joint lets all of it fall.
+    falls: bool,
+    /// Newtons, besides the weight.
     force: f64,
+    /// Newton metres.
     moment: f64,
+    /// Whether something presses with a force of which nothing is known before a run.
+    is_unknown: bool,
+}
+
+impl Pressing {
+    fn add(&mut self, force: Option<f64>, moment: Option<f64>) {
+        self.is_unknown |= force.is_none() || moment.is_none();
+        self.force += force.unwrap_or(0.0);
+        self.moment += moment.unwrap_or(0.0);
+    }
+
+    fn force(&self) -> f64 {
+        self.weight * if self.falls { FALLING } else { LET_GO } + self.force
+    }
 }
 
 impl Known {
@@ -107,27 +140,42 @@ impl Known {
         let roots = roots(robot);
         let mut pressing = vec![Pressing::default(); robot.links.len()];
         let gravity = norm(robot.gravity);
-        for (link, mass) in masses.into_iter().enumerate() {
-            pressing[roots[link]].force += mass * gravity;
+        for (i, (link, mass)) in robot.links.iter().zip(masses).enumerate() {
+            let pressing = &mut pressing[roots[i]];
+            pressing.weight += mass * gravity;
+            pressing.falls |= link.joint == Joint::Free && link.driven.is_none();
+            // Without gravity, only whoever sets things in motion knows how fast they meet.
+            let is_thrown = gravity == 0.0 && !link.joint_coordinates().is_empty();
+            let is_moved = match &link.driven {
+                Some(Driven::Coordinate(motion)) => motion.constant().is_none(),
+                Some(Driven::Base(_)) => true,
+                Some(Driven::Mimic { .. }) | None => false,
+            };
+            pressing.is_unknown |= is_thrown || is_moved || robot.base_motion.is_some();
         }
         for body in robot.all_bodies() {
-            pressing[roots[body.link]].force += body.mass * gravity;
+            pressing[roots[body.link]].weight += body.mass * gravity;
         }
         for load in robot.acting_loads() {
             let along = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
-            let pressing = &mut pressing[roots[load.link]];
-            pressing.force += along * largest(&load.force);
-            pressing.moment += along * largest(&load.moment);
+            let [force, moment] = [&load.force, &load.moment].map(|signal| Some(along * largest(signal)?));
+            pressing[roots[load.link]].add(force, moment);
         }
         for actuator in &robot.actuators {
-            let (link, Pressing { force, moment }) = of_actuator(actuator, robot);
-            if let Some(link) = link {
-                let pressing = &mut pressing[roots[link]];
-                pressing.force += force;
-                pressing.moment += moment;
+            if let (Some(link), [force, moment]) = of_actuator(actuator, robot) {
+                pressing[roots[link]].add(force, moment);
             }
         }
         Self { rods: in_rows(robot, sections), roots, pressing }
+    }
+
+    /// Whether all is known that presses on the surfaces of a contact.
+    fn is_complete(&self, contact: &Contact) -> bool {
+        contact
+            .surfaces
+            .iter()
+            .filter_map(Surface::link)
+            .all(|link| !self.pressing[self.roots[link]].is_unknown)
     }
 
     /// The stiffness at which the overlap is small although all that presses does so at one edge; infinite if nothing does.
@@ -146,7 +194,7 @@ impl Known {
             links.clone().map(|link| pressed(&self.pressing[self.roots[link]])).fold(0.0, f64::max)
         };
         let bending = rods().map(|rod| BENDING / (rod.length * rod.compliance)).fold(0.0, f64::max);
-        let force = largest(|all| all.force) + largest(|all| all.moment) / length + bending;
+        let force = largest(Pressing::force) + largest(|all| all.moment) / length + bending;
         let stiffness = force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt());
         if stiffness > 0.0 { stiffness } else { f64::INFINITY }
     }
@@ -242,47 +290,50 @@ fn roots(robot: &Robot) -> Vec<usize> {
     roots
 }
 
-/// With what an actuator presses at most, as far as that is known, and a link on which it acts.
-fn of_actuator(actuator: &Actuator, robot: &Robot) -> (Option<usize>, Pressing) {
+/// A link on which an actuator acts, and the force and the moment with which it presses at most; `None` for those that depend on
+/// the motion.
+fn of_actuator(actuator: &Actuator, robot: &Robot) -> (Option<usize>, [Option<f64>; 2]) {
+    let nothing = Some(0.0);
     match actuator {
         Actuator::Tendon(tendon) => {
-            let Drive::Tension(tension) = &tendon.drive else { return (None, Pressing::default()) };
             let along = actuator.along().first().map(|along| along.link);
             let link = along.or_else(|| actuator.vias().into_iter().find_map(|via| via.link));
-            (link, Pressing { force: largest(tension), moment: 0.0 })
+            match &tendon.drive {
+                Drive::Tension(tension) => (link, [largest(tension), nothing]),
+                Drive::Length { .. } => (link, [None, nothing]),
+            }
         }
         Actuator::Chamber(chamber) => {
-            let force = chamber.area * largest(&chamber.pressure);
-            (chamber.path.first().map(|along| along.link), Pressing { force, moment: 0.0 })
+            let force = largest(&chamber.pressure).map(|pressure| chamber.area * pressure);
+            (chamber.path.first().map(|along| along.link), [force, nothing])
         }
         Actuator::Motor(motor) => {
             let limit = motor.limits.map(|[lower, upper]| lower.abs().max(upper.abs()));
             let most = match (limit.filter(|limit| limit.is_finite()), &motor.command) {
-                (Some(limit), _) => limit,
+                (Some(limit), _) => Some(limit),
                 (None, MotorCommand::Torque(torque)) => largest(torque),
-                (None, MotorCommand::Position { .. }) => 0.0,
+                (None, MotorCommand::Position { .. }) => None,
             };
             let motions = robot.links[motor.link].joint.motions();
             let is_turned = matches!(motions.get(motor.coordinate), Some(Motion::About(_)));
-            let [force, moment] = if is_turned { [0.0, most] } else { [most, 0.0] };
-            (Some(motor.link), Pressing { force, moment })
+            (Some(motor.link), if is_turned { [nothing, most] } else { [most, nothing] })
         }
-        Actuator::ActiveStrain(_) => (None, Pressing::default()),
+        Actuator::ActiveStrain(active) => (Some(active.link), [None, nothing]),
     }
 }
 
-/// Largest magnitude of a signal; of an input that of its default, of a growing one at the start, none of a function, which is not
-/// called before a run.
-fn largest<const N: usize>(signal: &Signal<N>) -> f64 {
+/// Largest magnitude of a signal, of an input that of its default; `None` of what grows, and of functions, which are not called
+/// before a run.
+fn largest<const N: usize>(signal: &Signal<N>) -> Option<f64> {
     match signal {
-        Signal::Constant(value) => norm(*value),
-        Signal::Input(input) => norm(input.value),
-        Signal::Table(table) => table.values().iter().map(|value| norm(*value)).fold(0.0, f64::max),
-        Signal::Harmonic(harmonic) => {
+        Signal::Constant(value) => Some(norm(*value)),
+        Signal::Input(input) => Some(norm(input.value)),
+        Signal::Table(table) => Some(table.values().iter().map(|value| norm(*value)).fold(0.0, f64::max)),
+        Signal::Harmonic(harmonic) if harmonic.rate == [0.0; N] => {
             let reach = |i: usize| harmonic.mean[i].abs() + harmonic.amplitude[i].abs();
-            norm(std::array::from_fn::<f64, N, _>(reach))
+            Some(norm(std::array::from_fn::<f64, N, _>(reach)))
         }
-        Signal::Function(_) => 0.0,
+        Signal::Harmonic(_) | Signal::Function(_) => None,
     }
 }
 
