@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from ._lissom import Motor as Motor
     from ._lissom import OdeResult as OdeResult
     from ._lissom import OdeSolver as OdeSolver
+    from ._lissom import Overlap as Overlap
     from ._lissom import Planar as Planar
     from ._lissom import Prismatic as Prismatic
     from ._lissom import Profile as Profile
@@ -124,7 +125,7 @@ else:
             Chamber ContinuationResult ConvergenceError CriticalPoint Cylindrical DenseOutput
             Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
             JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
-            MotionResult Motor OdeResult OdeSolver Planar Prismatic Profile Radau ReachResult
+            MotionResult Motor OdeResult OdeSolver Overlap Planar Prismatic Profile Radau ReachResult
             Revolute Robot Rod RootResult Scene SceneError SceneProblem Section Segment Simulation
             SimulationSettings Simulations Spherical SpringPendulum StaticsResult Statistics
             Support Tendon Universal Via Weld __version__ actuate check_jacobian choose_modes

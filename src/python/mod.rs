@@ -25,6 +25,7 @@ mod modes;
 mod motion;
 mod newmark;
 mod ode;
+mod overlap;
 mod part;
 mod pendulum;
 mod profile;
@@ -76,6 +77,8 @@ pub mod _lissom {
     use super::newmark::newmark;
     #[pymodule_export]
     use super::ode::{PyDenseOutput, PyDop853, PyOdeResult, PyOdeSolver, PyRadau, PyRk45, solve_ivp};
+    #[pymodule_export]
+    use super::overlap::PyOverlap;
     #[pymodule_export]
     use super::part::{_stub_of_methods, _stub_of_models, _stub_of_parts, PyPart};
     #[pymodule_export]

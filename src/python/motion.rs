@@ -13,6 +13,7 @@ use super::callback::{Raised, or_raised, with_result};
 use super::convert;
 use super::errors::{AccuracyWarning, OrRaise as _};
 use super::model::PyModel;
+use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted};
 use crate::simulation::balance::{Balance, Flow};
@@ -62,6 +63,8 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     Why the motion may be inaccurate although the run succeeded: fixed steps that do not resolve a
 ///     vibration, or whose energy rises though nothing supplies any. It is the end of the message, and `simulate` issues it as
 ///     an `AccuracyWarning`.
+/// deepest : Overlap or None
+///     The overlap of surfaces, at the end of a step, that was deepest for their thickness; None if nothing touched.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
     #[pyo3(get)]
@@ -87,6 +90,8 @@ pub(crate) struct PyMotionResult {
     #[pyo3(get)]
     doubt: Option<String>,
     #[pyo3(get)]
+    deepest: Option<Py<PyOverlap>>,
+    #[pyo3(get)]
     model: Option<Py<PyModel>>,
     flow: Flow,
     balance: PyOnceLock<Py<PyBalance>>,
@@ -99,7 +104,8 @@ impl PyMotionResult {
         slack: &[Slack],
         model: Option<Py<PyModel>>,
     ) -> PyResult<Self> {
-        let Simulation { t, q, v, a, u, n, flow, statistics, status, mut message, doubt } = simulation;
+        let Simulation { t, q, v, a, u, n, flow, statistics, status, mut message, doubt, deepest } =
+            simulation;
         for slack in slack {
             message = format!("{message} {}", slack.sentence());
         }
@@ -124,6 +130,7 @@ impl PyMotionResult {
             message,
             slack: slack.iter().map(|slack| slack.name.clone()).collect(),
             doubt,
+            deepest: PyOverlap::of_run(py, deepest, model.as_ref())?,
             model,
             flow,
             balance: PyOnceLock::new(),
@@ -183,14 +190,33 @@ impl PyMotionResult {
 
     /// For copies and pickles.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
-        let Self { t, q, v, u, a, stats, success, status, message, slack, doubt, model, flow, balance: _ } =
-            self;
+        let Self {
+            t,
+            q,
+            v,
+            u,
+            a,
+            stats,
+            success,
+            status,
+            message,
+            slack,
+            doubt,
+            deepest,
+            model,
+            flow,
+            balance: _,
+        } = self;
         let states = (t, q, v, u, a.get(py));
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
-        record::reduce_to::<Self>(py, (states, flow, (stats, *success, status, message, slack, doubt), model))
+        record::reduce_to::<Self>(
+            py,
+            (states, flow, (stats, *success, status, message, slack, doubt), model, deepest),
+        )
     }
 
     #[staticmethod]
+    #[pyo3(signature = (states, flow, outcome, model, deepest=None))]
     #[allow(clippy::type_complexity, reason = "the parts of a result")]
     fn _restore(
         py: Python<'_>,
@@ -198,6 +224,7 @@ impl PyMotionResult {
         flow: (Vec<f64>, Vec<f64>),
         outcome: (Py<PyStatistics>, bool, String, String, Vec<String>, Option<String>),
         model: Option<Py<PyModel>>,
+        deepest: Option<Py<PyOverlap>>,
     ) -> PyResult<Self> {
         let t = convert::vector(states.0.bind(py), "t")?;
         let n = states.1.bind(py).cast::<PyArray2<f64>>()?.dims()[1];
@@ -227,7 +254,23 @@ impl PyMotionResult {
         let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
         let flow = Flow { dissipated: flow.0, work: flow.1 };
         let (t, balance) = (ReadOnly::new(t.into_pyarray(py))?, PyOnceLock::new());
-        Ok(Self { t, q, v, u, a, stats, success, status, message, slack, doubt, model, flow, balance })
+        Ok(Self {
+            t,
+            q,
+            v,
+            u,
+            a,
+            stats,
+            success,
+            status,
+            message,
+            slack,
+            doubt,
+            deepest,
+            model,
+            flow,
+            balance,
+        })
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {

@@ -15,6 +15,7 @@ use super::convert;
 use super::inputs;
 use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
+use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
 use crate::analysis::statics as core;
 use crate::analysis::statics::{
@@ -197,6 +198,8 @@ fn named(stability: Stability) -> String {
 ///     names them, and also tendons whose friction is left out because no sliding direction is given.
 /// path : EquilibriumPath or None
 ///     The load path, if one was followed.
+/// deepest : Overlap or None
+///     The overlap of surfaces that is deepest for their thickness; None if nothing touches.
 /// nit, nfev, njev : int
 ///     Numbers of Newton iterations, force evaluations and tangent evaluations.
 #[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]
@@ -215,6 +218,7 @@ pub(crate) struct PyStaticsResult {
     lowest_eigenvalue: f64,
     slack: Vec<String>,
     path: Option<Py<PyEquilibriumPath>>,
+    deepest: Option<Py<PyOverlap>>,
     nit: usize,
     nfev: usize,
     njev: usize,
@@ -242,8 +246,12 @@ impl PyStaticsResult {
     }
 
     #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
+    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        // Records of older versions have no overlap.
+        if !state.hasattr("deepest")? {
+            state.setattr("deepest", state.py().None())?;
+        }
+        state.extract()
     }
 }
 
@@ -365,6 +373,7 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = arguments::flag::stability)] stability: bool,
 ) -> PyResult<PyStaticsResult> {
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
+    let of_names = model.clone();
     let mut model = native_with(model, t, u.as_deref())?;
     let n = model.facts().n;
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
@@ -414,11 +423,23 @@ pub(crate) fn statics<'py>(
             Err(Interrupted) => Err(Unfinished::new((found, Tendons::default()))),
         })
     };
-    run(py, n, search, |(found, tendons)| PyStaticsResult::new(py, found, &tendons))
+    let name = |contact| {
+        let named = |model: &dyn Native| model.name_of_contact(contact);
+        base(&of_names).map_or_else(|_| String::new(), |model| model.get().look(named))
+    };
+    run(py, n, search, |(found, tendons)| {
+        let deepest = PyOverlap::new(py, found.deepest, None, name)?;
+        PyStaticsResult::new(py, found, &tendons, deepest)
+    })
 }
 
 impl PyStaticsResult {
-    fn new(py: Python<'_>, found: Equilibrium, tendons: &Tendons) -> PyResult<Self> {
+    fn new(
+        py: Python<'_>,
+        found: Equilibrium,
+        tendons: &Tendons,
+        deepest: Option<Py<PyOverlap>>,
+    ) -> PyResult<Self> {
         let n = found.q.len();
         let Equilibrium {
             q,
@@ -430,6 +451,7 @@ impl PyStaticsResult {
             verdict,
             lowest,
             path,
+            deepest: _,
             counters,
         } = found;
         let Counters { iterations, forces, tangents } = counters;
@@ -449,6 +471,7 @@ impl PyStaticsResult {
             lowest_eigenvalue: lowest,
             slack: tendons.slack.clone(),
             path,
+            deepest,
             nit: iterations,
             nfev: forces,
             njev: tangents,

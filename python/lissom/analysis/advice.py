@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from .._lissom import (
     Contact,
     LissomError,
     Model,
+    Robot,
     Scene,
     Segment,
     SimulationSettings,
@@ -164,34 +164,20 @@ def impact_time(model: Model, contact: Contact) -> float | None:
     names = [surface for surface in (contact.a, contact.b) if isinstance(surface, str)]
     rods = [of_rods[name] for name in names if name in of_rods]
     is_on_link = [isinstance(shape, Ball) or getattr(shape, "link", None) for shape in (contact.a, contact.b)]
-    if not rods or any(is_on_link):
+    if not isinstance(model, Robot) or not rods or any(is_on_link):
         return None
     densities = [min(line_density(segment) for segment in rod.segments) for rod in rods]
     if min(densities) <= 0.0:
         return None
     lightness = sum(1.0 / density for density in densities)
-    stiffness = contact.stiffness
-    if stiffness is None:
-        stiffness = material_stiffness(rods)
+    names = [other.name for other in model.contacts]
+    stiffness = model._contact_stiffness()[names.index(contact.name)]
     return float(np.pi / np.sqrt(stiffness * lightness))
 
 
 def line_density(segment: Segment) -> float:
     """Smallest mass per length of a segment, kg/m."""
     return float(min(segment.inertia(X)[3, 3] for X in (0.0, segment.length)))
-
-
-def material_stiffness(rods: Sequence[Link]) -> float:
-    """k of the material of one or two rods, N/m^2: pi/4 E / (1 - nu^2), in a row (Popov 2010, eq. 5.33)."""
-    compliance = 0.0
-    for rod in rods:
-        of_each = []
-        for segment in rod.segments:
-            E, G = segment.young_modulus, segment.shear_modulus
-            if E is not None and G is not None:
-                of_each.append((1.0 - (E / (2.0 * G) - 1.0) ** 2) / E)
-        compliance += max(of_each, default=0.0)
-    return np.pi / 4.0 / compliance if compliance > 0.0 else np.inf
 
 
 @dataclass(frozen=True)

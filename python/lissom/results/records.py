@@ -33,7 +33,7 @@ PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
         *("ActuateResult", "ReachResult", "Balance", "CriticalPoint", "EquilibriumPath", "Statistics"),
-        *("Harmonic", "Input", "Profile", "Robot", "Rod", "Section", "SpringPendulum"),
+        *("Overlap", "Harmonic", "Input", "Profile", "Robot", "Rod", "Section", "SpringPendulum"),
     ),
     "analysis.fits": ("FitResult",),
     "analysis.sensitivities": ("SensitivityResult",),

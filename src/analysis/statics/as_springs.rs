@@ -8,8 +8,8 @@ use crate::error::Interrupted;
 use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{
-    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Radius, Reached, Sprung, Static,
-    Switch, Untied,
+    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Overlap, Radius, Reached, Sprung,
+    Static, Switch, Untied,
 };
 use crate::numerics::linalg::Matrix;
 
@@ -261,6 +261,18 @@ impl InContact for AsSprings<'_> {
 
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         self.model.deepest_overlaps(q)
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap> {
+        self.model.deepest_overlap(q)
+    }
+
+    fn name_of_contact(&self, contact: usize) -> String {
+        self.model.name_of_contact(contact)
+    }
+
+    fn advice_on_contact(&mut self, q: &[f64], deepest: Option<Overlap>, has_failed: bool) -> String {
+        self.model.advice_on_contact(q, deepest, has_failed)
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

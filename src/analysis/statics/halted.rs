@@ -78,6 +78,7 @@ impl Halted {
             verdict: None,
             lowest: f64::NAN,
             path,
+            deepest: None,
             counters,
         })
     }

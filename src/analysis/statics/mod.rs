@@ -75,7 +75,7 @@ pub fn equilibrium(
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
-    let found = sought(model, options, monitor)?;
+    let found = sought(model, options, monitor)?.map(|found| in_contact(model, found));
     Ok(found.map_err(|halted| {
         if model.facts().constraints() == 0 {
             return halted.unfinished(model, &options.start);
@@ -83,6 +83,15 @@ pub fn equilibrium(
         let near = options.start.shape(model.facts().n);
         halted.unfinished(&mut AsSprings::new(model, &near), &options.start)
     }))
+}
+
+/// The same with its deepest overlap, and with advice on what touches.
+fn in_contact(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
+    if model.facts().has_contact {
+        found.deepest = model.deepest_overlap(&found.q);
+        found.message += &model.advice_on_contact(&found.q, found.deepest, !found.status.is_success());
+    }
+    found
 }
 
 fn sought(
@@ -725,6 +734,7 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         verdict,
         lowest: stiffness.map_or(f64::NAN, |stiffness| stiffness.lowest),
         path,
+        deepest: None,
         counters: equations.counters,
     })
 }

@@ -3,7 +3,7 @@
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
 use crate::analysis::stability::{Stability, Verdict};
-use crate::model::{Flaw, Static, at_least};
+use crate::model::{Flaw, Overlap, Static, at_least};
 use crate::numerics::roots;
 
 /// Status of a search.
@@ -158,6 +158,8 @@ pub struct Equilibrium {
     pub lowest: f64,
     /// The load path; empty if none was followed.
     pub path: Path,
+    /// The overlap that is deepest for its surfaces, if any surfaces touch.
+    pub deepest: Option<Overlap>,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
 }

@@ -204,6 +204,7 @@ impl Approached {
             verdict,
             lowest,
             path,
+            deepest: None,
             counters: self.counters(),
         })
     }

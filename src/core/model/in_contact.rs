@@ -20,6 +20,27 @@ pub enum Reached {
     Taut(usize),
 }
 
+/// The deepest of the surfaces that overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// Index of the contact in the model.
+    pub contact: usize,
+    /// Metres.
+    pub depth: f64,
+    /// Depth over the thickness of the thinner surface: of a rod or ball its radius.
+    pub share: f64,
+}
+
+impl Overlap {
+    /// The one that is deeper for its surfaces.
+    pub fn deeper(known: Option<Self>, found: Option<Self>) -> Option<Self> {
+        match (known, found) {
+            (Some(known), Some(found)) if found.share <= known.share => Some(known),
+            (known, found) => found.or(known),
+        }
+    }
+}
+
 /// Contacts and stops of a model, as statics asks for them.
 pub trait InContact: Dynamics {
     /// The stops and the surfaces that act in a shape and are exactly reached there. Allocates.
@@ -38,6 +59,16 @@ pub trait InContact: Dynamics {
     /// The largest overlap in a shape over the thickness of the thinner surface, of all and of those that have two sides, unlike a
     /// half-space; zero if nothing touches.
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2];
+
+    /// The overlap in a shape that is deepest for its surfaces.
+    fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap>;
+
+    /// Name of a contact.
+    fn name_of_contact(&self, contact: usize) -> String;
+
+    /// What to change where contacts are too soft for what presses, by the deepest overlap so far, and, where a run or search
+    /// has failed in this shape, what presses there most; sentences, or nothing. Allocates.
+    fn advice_on_contact(&mut self, q: &[f64], deepest: Option<Overlap>, has_failed: bool) -> String;
 
     /// For every pair of surfaces that may touch, a row: how far either of them moves at most for a unit of each coordinate, along
     /// steps from the shape. Allocates.

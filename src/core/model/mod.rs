@@ -45,7 +45,7 @@ pub use flaw::at_least;
 pub use flaw::{Flaw, Holder, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub(crate) use in_contact::REACHED;
-pub use in_contact::{InContact, InImpact, Reached};
+pub use in_contact::{InContact, InImpact, Overlap, Reached};
 pub use in_time::{Excitation, InTime};
 pub use passing::{Beside, Holding, Impact};
 #[doc(hidden)]

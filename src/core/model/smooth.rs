@@ -2,7 +2,7 @@
 
 use super::{
     Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
-    InertiaMatrix, OneSided, Radius, Reached, Refinable, Sprung, Switch, Tied,
+    InertiaMatrix, OneSided, Overlap, Radius, Reached, Refinable, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -157,6 +157,18 @@ impl<M: Smooth> InContact for M {
 
     fn deepest_overlaps(&mut self, _q: &[f64]) -> [f64; 2] {
         [0.0; 2]
+    }
+
+    fn deepest_overlap(&mut self, _q: &[f64]) -> Option<Overlap> {
+        None
+    }
+
+    fn name_of_contact(&self, _contact: usize) -> String {
+        String::new()
+    }
+
+    fn advice_on_contact(&mut self, _q: &[f64], _deepest: Option<Overlap>, _has_failed: bool) -> String {
+        String::new()
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

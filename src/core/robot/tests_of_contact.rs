@@ -8,7 +8,7 @@ use crate::description::rod::{Section, Segment};
 use crate::model::Dynamics as _;
 use crate::numerics::lie::Vector;
 use crate::numerics::linalg::Matrix;
-use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::effects::contact::{Contact, Obstacle, Stiffness, Surface};
 
 /// Two thick rods and a floating body, one behind the other.
 fn links() -> Vec<Link> {
@@ -36,7 +36,7 @@ fn state(n: usize, phase: f64) -> Vec<f64> {
 }
 
 fn with(surfaces: [Surface; 2], friction: [f64; 3]) -> RobotModel {
-    let stiffness = Some(500.0);
+    let stiffness = Some(Stiffness::Given(500.0));
     let contact = Contact {
         stiffness,
         friction,

@@ -138,12 +138,17 @@ pub(super) fn value_of(
             one_of(object, name, inner, kind, functions)
         }
         Kind::Optional(inner) => value_of(object, name, inner, functions),
-        Kind::OneOf(_, [number @ Kind::OneOrEach(count), Kind::Word(_, words)]) => {
+        Kind::OneOf(_, [number @ (Kind::Number | Kind::OneOrEach(_)), Kind::Word(_, words)]) => {
             if object.is_instance_of::<PyString>() {
                 return text_of(object, name);
             }
             value_of(object, name, number, functions).map_err(|_| {
-                let expected = format!("a number, {count} numbers or '{}'", words.join("', '"));
+                let each = if let Kind::OneOrEach(count) = number {
+                    format!(", {count} numbers")
+                } else {
+                    String::new()
+                };
+                let expected = format!("a number{each} or '{}'", words.join("', '"));
                 PyTypeError::new_err(format!(
                     "{name}: expected {expected}, got {}",
                     convert::describe(object)

@@ -277,6 +277,11 @@ impl PyRobot {
         self.kinematics().full_explanation().to_string()
     }
 
+    /// Stiffness of every contact: given, of the material or from the loads.
+    fn _contact_stiffness(&self) -> Vec<f64> {
+        self.kinematics().contact_stiffness()
+    }
+
     /// Poses of sections or bodies.
     ///
     /// Parameters

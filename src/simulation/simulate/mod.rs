@@ -33,7 +33,7 @@ use crate::integrators::second_order;
 use crate::integrators::second_order::{
     Grid, check_points, check_times, is_whole, number_of_steps, points_in_memory,
 };
-use crate::model::{ForwardScratch, Model, rotation_vectors};
+use crate::model::{ForwardScratch, Model, Overlap, rotation_vectors};
 use crate::simulation::balance::{Balance, Flow};
 use crate::simulation::stepping::Run;
 
@@ -84,6 +84,8 @@ pub struct Simulation {
     pub message: String,
     /// Reason why the motion may be inaccurate although the method succeeded; the message ends with it.
     pub doubt: Option<String>,
+    /// The overlap of a step's end that is deepest for its surfaces, and when that was; `None` if nothing touched.
+    pub deepest: Option<(f64, Overlap)>,
 }
 
 impl Simulation {
@@ -341,11 +343,12 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 impl Simulation {
     /// Final state and records of a run.
     fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
-        let Runner { mut run, recorder, meter, watch, stop, .. } = runner;
+        let Runner { mut run, recorder, meter, watch, stop, deepest, .. } = runner;
         let Recorder { t, q, v, a, u, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
+        message += &run.advice_on_contact(status, deepest.map(|(_, overlap)| overlap));
         let doubt = if is_success {
             run.observe(|model, _| watch.doubt(model, q0)).or_else(|| run.doubt())
         } else {
@@ -366,6 +369,7 @@ impl Simulation {
             status,
             message,
             doubt,
+            deepest,
         };
         run.observe(|model, _| simulation.wrapped(model))
     }
@@ -406,6 +410,7 @@ impl From<second_order::Solution> for Simulation {
             status: Status::SecondOrder(status),
             message,
             doubt: None,
+            deepest: None,
         }
     }
 }

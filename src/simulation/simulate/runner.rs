@@ -6,7 +6,7 @@ use super::watch::Watch;
 use crate::error::Interrupted;
 use crate::integrators::ode;
 use crate::integrators::second_order::number_of_steps;
-use crate::model::Model;
+use crate::model::{Model, Overlap};
 use crate::simulation::balance::{FlowMeter, Rule, State};
 use crate::simulation::stepping::{Method, Run, Status, Stop};
 
@@ -18,6 +18,8 @@ pub(super) struct Runner<'a, 'c, M> {
     pub(super) watch: Watch,
     /// Reason why a check stopped the run.
     pub(super) stop: Option<Stop>,
+    /// The overlap that was deepest for its surfaces, and when.
+    pub(super) deepest: Option<(f64, Overlap)>,
     t_span: (f64, f64),
     control: Option<Control<'c>>,
     has_begun: bool,
@@ -31,7 +33,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
         control: Option<Control<'c>>,
     ) -> Self {
         let (meter, watch, stop) = (None, Watch::Nothing, None);
-        Self { run, recorder, meter, watch, stop, t_span, control, has_begun: false }
+        Self { run, recorder, meter, watch, stop, deepest: None, t_span, control, has_begun: false }
     }
 
     /// Runs all intervals and returns the status. States reached before a failure are recorded too.
@@ -136,6 +138,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                     Ok(())
                 })?;
                 run.look(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
+                self.look_at_contacts()?;
                 if !is_finite {
                     return Ok(Status::FirstOrder(ode::Status::NonFinite));
                 }
@@ -150,5 +153,25 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 return Ok(status);
             }
         }
+    }
+
+    /// Takes note of the deepest overlap.
+    fn look_at_contacts(&mut self) -> Result<(), Interrupted> {
+        let Self { run, deepest, .. } = self;
+        run.observe(|model, state| {
+            if !(model.facts().has_contact && model.may_touch()) {
+                return Ok(());
+            }
+            if model.facts().varies_in_time {
+                model.set_time(state.t)?;
+            }
+            let found = model.deepest_overlap(state.q);
+            if let Some(found) =
+                found.filter(|found| deepest.is_none_or(|(_, known)| found.share > known.share))
+            {
+                *deepest = Some((state.t, found));
+            }
+            Ok(())
+        })
     }
 }

@@ -16,7 +16,7 @@ use crate::integrators::second_order::{Counters, Failure, Grid, is_whole, number
 use crate::model::constraint::one_sided;
 use crate::model::constraint::one_sided::Unsettled;
 use crate::model::constraint::projection;
-use crate::model::{Energy, ForwardScratch, Model, SingularMass};
+use crate::model::{Energy, ForwardScratch, Model, Overlap, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
 
@@ -598,6 +598,18 @@ impl<M: Model> Run<M> {
             message.push_str(&format!(" The cause: {what}."));
         }
         message
+    }
+
+    /// What to change where contacts have been too soft, and what presses where a run has failed: sentences, or nothing.
+    pub fn advice_on_contact(&mut self, status: Status, deepest: Option<Overlap>) -> String {
+        let has_failed = !status.is_success() && !status.is_interrupted();
+        self.observe(|model, state| {
+            if model.facts().has_contact {
+                model.advice_on_contact(state.q, deepest, has_failed)
+            } else {
+                String::new()
+            }
+        })
     }
 
     /// Status of an interrupted run.

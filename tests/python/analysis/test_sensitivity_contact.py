@@ -35,6 +35,15 @@ def fallen():
     return robot, [0.0] * 3, [0.0] * 3
 
 
+def draped():
+    """A stiff thin rod that falls onto the floor, whose contact is as stiff as its loads need."""
+    wire = lissom.Segment(0.5, 1e-3, 5e9, 2e9, 1500, modes={"bend_y": 3}, retardation_time=0.02)
+    contact = lissom.Contact("wire", lissom.HalfSpace((0, 0, -0.03)), friction=0.3, slip_velocity=0.05)
+    robot = lissom.Robot([lissom.Link("wire", rod=[wire])], contacts=[contact])
+    assert robot._contact_stiffness()[0] < 0.1 * np.pi / 4 * 5e9
+    return robot, [0.0] * 3, [0.0] * 3
+
+
 OF_BALL = [
     "link[0].body.mass",
     "contact[0].stiffness",
@@ -46,6 +55,9 @@ OF_BALL = [
 OF_ROD = ["link[0].rod.segment[0].young_modulus", "link[0].rod.segment[0].length", "contact[0].friction"]
 OF_ROD += ["contact[0].b.point[2]", "gravity[2]", "v0[1]"]
 CASES = [(thrown, 0.3, name) for name in OF_BALL] + [(fallen, 0.25, name) for name in OF_ROD]
+# They change the stiffness, too.
+OF_WIRE = [f"link[0].rod.segment[0].{name}" for name in ("young_modulus", "radius", "length", "density")]
+CASES += [(draped, 0.15, name) for name in [*OF_WIRE, "gravity[2]"]]
 
 
 def moved(model, q0, v0, name, change):

@@ -266,7 +266,10 @@ def test_modes_that_a_scene_left_open_are_not_chosen_again():
 
 def test_nonsense_is_not_restored():
     result = lissom.simulate(ROD, 0.05)
-    restore, (states, flow, outcome, model) = result.__reduce__()
+    restore, (states, flow, outcome, model, deepest) = result.__reduce__()
+    assert deepest is None
+    # Records of older versions have no deepest overlap.
+    assert restore(states, flow, outcome, model).deepest is None
     t, q, v, u, a = states
     pendulum = lissom.SpringPendulum()
     wrong = [
@@ -278,6 +281,7 @@ def test_nonsense_is_not_restored():
         ((t, q, v, q, a), flow, outcome, model),
         (states, ([0.0], flow[1]), outcome, model),
         (states, flow, outcome, pendulum),
+        (states, flow, outcome, model, 0.1),
     ]
     for arguments in wrong:
         with pytest.raises((ValueError, TypeError)):

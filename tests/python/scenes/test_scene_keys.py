@@ -744,6 +744,9 @@ SCENES |= {
     for name in ("hulls", "ramps", "magnets", "magnetic_rod")
 }
 SCENES |= {
+    "a contact of the material": SCENES["contacts"].replace("stiffness = 1e5", 'stiffness = "material"')
+}
+SCENES |= {
     f"magnets in {name}": SCENES["magnets"].replace("field = [0.01, 0.02, 0.03]", f"field = {field}")
     for name, field in {
         "a swing": "{ mean = [1, 0, 0], rate = [0, 1, 0], amplitude = [0, 0, 1], frequency = 2, phase = 1 }",

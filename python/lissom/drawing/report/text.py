@@ -121,6 +121,10 @@ def tiles(run: Run) -> list[tuple[str, str]]:
         tiles.append(("NaN", "energy drift"))
     elif "energy" in run.wants and run.balance.moves:
         tiles.append((quantity(found["energy_drift"], digits=2), "energy drift, relative"))
+    deepest = run.motion.deepest
+    if deepest is not None:
+        share = f"{quantity(100 * deepest.share, digits=2)} % of the thickness"
+        tiles.append((quantity(deepest.depth, "m", digits=2), f"deepest overlap, {deepest.contact}: {share}"))
     return tiles
 
 

@@ -1,8 +1,11 @@
 //! Contacts and stops of a robot.
 
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
-use crate::model::{Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Radius, Reached, chart};
+use crate::model::{
+    Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Overlap, Radius, Reached, chart,
+};
 use crate::numerics::linalg::Matrix;
+use crate::robot::effects::contact::advice;
 use crate::robot::effects::contact::query::Hardest;
 
 impl InContact for RobotModel {
@@ -35,6 +38,26 @@ impl InContact for RobotModel {
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlaps(q)))
+    }
+
+    fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap> {
+        if !self.facts.has_contact {
+            return None;
+        }
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
+    }
+
+    fn name_of_contact(&self, contact: usize) -> String {
+        self.robot.contacts.get(contact).map_or_else(String::new, |contact| contact.name.clone())
+    }
+
+    fn advice_on_contact(&mut self, q: &[f64], deepest: Option<Overlap>, has_failed: bool) -> String {
+        if !self.facts.has_contact {
+            return String::new();
+        }
+        let touches = if has_failed { self.touches(q, &vec![0.0; q.len()]) } else { Vec::new() };
+        advice::advice(&self.robot, &touches, deepest)
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

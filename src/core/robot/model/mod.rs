@@ -178,6 +178,7 @@ impl RobotModel {
     }
 
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
+        effects::contact::compile::check_stiffness(robot)?;
         let coordinates = Coordinates::new(robot);
         let solve = match coordinates.are_driven() {
             // Joints that mimic others couple branches.
@@ -461,6 +462,11 @@ impl RobotModel {
                 numbers
             })
         })
+    }
+
+    /// The stiffness of every contact: given, of the material or from the loads, in N/m^2 with a rod, otherwise in N/m. Allocates.
+    pub fn contact_stiffness(&self) -> Vec<f64> {
+        effects::contact::compile::stiffnesses(&self.robot)
     }
 
     /// Contact points in a state, contact by contact. Allocates.

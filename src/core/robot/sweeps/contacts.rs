@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Radius, Reached};
+use crate::model::{Overlap, Radius, Reached};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
@@ -97,6 +97,22 @@ impl<G: Turning> Sweeps<G> {
             }
         }
         deepest
+    }
+
+    /// The overlap that is deepest for its surfaces. What has touched is not changed by it.
+    pub(crate) fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap> {
+        if !self.work.motion_is_known || self.work.kinematics_of != q {
+            let has_touched = self.work.effects.contact.has_touched;
+            self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+            self.work.effects.contact.has_touched = has_touched;
+        }
+        let Self { plan, work, .. } = self;
+        let overlaps = work.effects.contact.touches.iter().map(|touch| {
+            let pair = &plan.effects.contacts.pairs[touch.pair];
+            let depth = touch.meeting.overlap;
+            Overlap { contact: pair.contact, depth, share: depth / pair.thickness }
+        });
+        overlaps.fold(None, |deepest, overlap| Overlap::deeper(deepest, Some(overlap)))
     }
 
     /// What coordinates move of the surfaces of every pair of contacts, and how many motions belong to each pair. Allocates.

@@ -1,7 +1,9 @@
 //! Contacts as users describe them: surfaces are on links with these names.
 
-use super::{Obstacle, Surface as Resolved, mesh};
-use crate::description::schema::{Described, Fault, LinkName, Part as _, PerAxis, Reader, Rows, Schema};
+use super::{Obstacle, Stiffness, Surface as Resolved, mesh};
+use crate::description::schema::{
+    Data, Described, Fault, Kind, Limits, LinkName, Part as _, PerAxis, Reader, Rows, Schema, Value,
+};
 use crate::error::Checker;
 
 /// Largest number of heights: more would be a mistake in the input rather than a model of terrain.
@@ -257,11 +259,13 @@ pub struct Contact {
     /// sphere, capsule, box or convex mesh: these touch each other, half-spaces and height fields, with their corners, edges
     /// or ends.
     pub b: Surface,
-    /// Stiffness k. With a rod per metre of overlap and per metre of rod; the default follows from the rods' material,
-    /// ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). Required without a rod; boxes, meshes and capsules have it at each
-    /// corner, end and edge that touches.
+    /// Stiffness k. With a rod per metre of overlap and per metre of rod. "material" is that of the rods' material,
+    /// ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). The default is that, too, but no more than keeps the overlap at an edge
+    /// to 15 % of the radius, and to 5e-4 of the rod's length, under all that the robot can press with: its weight, its loads,
+    /// and what bends its rods (`Robot.explain` prints the number). Required without a rod; boxes, meshes and capsules have it
+    /// at each corner, end and edge that touches.
     #[part(unit = "N/m^2 with a rod, otherwise N/m", positive)]
-    pub stiffness: Option<f64>,
+    pub stiffness: Option<Stiffness>,
     /// Dissipation c. The rebound speed after a slow impact at the speed v is ``v (1 - 2 c v / 3)``.
     #[part(unit = "s/m", non_negative, default = super::Contact::DISSIPATION)]
     pub dissipation: f64,
@@ -280,6 +284,32 @@ pub struct Contact {
     /// default names: "rod on halfspace 2".
     #[part(default)]
     pub name: String,
+}
+
+impl Data for Stiffness {
+    const KIND: Kind =
+        Kind::OneOf("ContactStiffness", &[Kind::Number, Kind::Word("ContactRule", &["material"])]);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        match value {
+            Value::Number(_) | Value::Integer(_) => f64::read(value, reader).map(Self::Given),
+            Value::Text(word) if word == "material" => Some(Self::Material),
+            _ => reader.wrong_type(value, &Self::KIND),
+        }
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        if let Self::Given(stiffness) = self {
+            stiffness.check(limits, reader);
+        }
+    }
+
+    fn write(&self) -> Value {
+        match self {
+            Self::Given(stiffness) => stiffness.write(),
+            Self::Material => Value::Text("material".to_owned()),
+        }
+    }
 }
 
 impl Contact {
@@ -324,7 +354,7 @@ impl Contact {
             "another surface of the same link",
             "a surface of another link, or of a rod with itself",
         );
-        if self.stiffness.is_none() && !is_rod(a) && !is_rod(b) {
+        if !matches!(self.stiffness, Some(Stiffness::Given(_))) && !is_rod(a) && !is_rod(b) {
             let advice = " in N/m: only rods have one of their own, that of their material".to_owned();
             reader.refuse("", Fault::Missing { key: "stiffness", advice });
         }

@@ -1,8 +1,8 @@
 //! Explanations of contacts.
 
 use crate::robot::description::Robot;
-use crate::robot::effects::contact::compile::stiffness;
-use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::effects::contact::compile::{of_material, stiffnesses};
+use crate::robot::effects::contact::{Contact, Obstacle, Stiffness, Surface};
 use crate::robot::explain::text::{Explained, counted};
 
 /// Explains what is computed for the contacts of a robot.
@@ -10,8 +10,10 @@ pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
     if robot.contacts.is_empty() {
         return vec![(false, "contact".to_owned(), "none".to_owned())];
     }
-    let told = |contact: &Contact| (true, format!("contact {}", contact.name), pair(robot, contact));
-    let mut said: Vec<_> = robot.contacts.iter().map(told).collect();
+    let told = |(contact, stiffness): (&Contact, f64)| {
+        (true, format!("contact {}", contact.name), pair(robot, contact, stiffness))
+    };
+    let mut said: Vec<_> = robot.contacts.iter().zip(stiffnesses(robot)).map(told).collect();
     let pairs = counted(robot.contacts.len(), "pair");
     let why = format!("{pairs}, in every step; Newmark's method is generalised alpha with rho_inf = 0.8");
     said.push((true, "contact".to_owned(), why));
@@ -19,7 +21,7 @@ pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
 }
 
 /// Describes a pair of surfaces with its stiffness and friction.
-fn pair(robot: &Robot, contact: &Contact) -> String {
+fn pair(robot: &Robot, contact: &Contact, stiffness: f64) -> String {
     let [a, b] = &contact.surfaces;
     let between = match (a, b) {
         (Surface::Rod { link: a }, Surface::Rod { link: b }) if a == b => {
@@ -27,12 +29,13 @@ fn pair(robot: &Robot, contact: &Contact) -> String {
         }
         _ => format!("{} and {}", surface(robot, a), surface(robot, b)),
     };
+    let is_material = || stiffness >= of_material(contact, robot);
     let unit = match (contact.is_spread(), contact.stiffness) {
         (false, _) => "N/m",
-        (true, Some(_)) => "N/m^2",
-        (true, None) => "N/m^2 of the material",
+        (true, Some(Stiffness::Given(_))) => "N/m^2",
+        (true, None) if !is_material() => "N/m^2 for its loads",
+        (true, _) => "N/m^2 of the material",
     };
-    let stiffness = stiffness(contact, robot);
     let friction = match contact.friction {
         [0.0, 0.0, 0.0] => "no friction".to_owned(),
         [forward, backward, sideways] if forward == backward && forward == sideways => {

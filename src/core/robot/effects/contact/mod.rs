@@ -9,6 +9,7 @@
 //! assert!(contact.validate(&|_| Some(1.0)).is_ok());
 //! ```
 
+pub(crate) mod advice;
 pub(crate) mod broad_phase;
 pub(crate) mod compile;
 pub(crate) mod curve;
@@ -167,6 +168,15 @@ impl Surface {
     }
 }
 
+/// Stiffness of a contact that does not follow from the loads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stiffness {
+    /// A number, in N/m^2 along rods, in N/m for balls and for each corner and edge of bodies.
+    Given(f64),
+    /// That of the rods' material.
+    Material,
+}
+
 /// A pair of surfaces with a contact force where they overlap.
 ///
 /// Along a rod the normal force per metre is `f = k d max(0, 1 + c d')` at the overlap d; a ball has one such
@@ -179,9 +189,8 @@ pub struct Contact {
     pub name: String,
     /// The surfaces; the first one is not an obstacle.
     pub surfaces: [Surface; 2],
-    /// k, in N/m^2 along rods, in N/m for balls and for each corner and edge of bodies; `None` takes the
-    /// stiffness of the rod's material.
-    pub stiffness: Option<f64>,
+    /// k; `None` takes the stiffness of the rod's material, but no more than the loads of the robot need.
+    pub stiffness: Option<Stiffness>,
     /// c, in s/m.
     pub dissipation: f64,
     /// mu of the first surface for sliding forward along its rod, backward, and sideways; balls use one value
@@ -200,7 +209,7 @@ impl Contact {
     /// Default slip velocity in m/s, far below the velocities of robots.
     pub const SLIP_VELOCITY: f64 = 1e-4;
 
-    /// A contact with the stiffness of the material and without friction.
+    /// A contact with the default stiffness and without friction.
     pub fn between(name: &str, surfaces: [Surface; 2]) -> Self {
         Self {
             name: name.to_owned(),

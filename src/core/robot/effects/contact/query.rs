@@ -185,6 +185,8 @@ pub struct Touching {
     pub force: Vector<f64>,
     /// Metres.
     pub overlap: f64,
+    /// Overlap over the thickness of the thinner surface.
+    pub share: f64,
     /// Velocity of the first surface along the second, m/s.
     pub sliding: Vector<f64>,
     /// Arc lengths of the rods of both surfaces, metres; of what is no rod there is none.
@@ -213,6 +215,7 @@ pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iter
             normal: turned(touch.meeting.normal * sign),
             force: turned(force * sign),
             overlap: touch.meeting.overlap,
+            share: touch.meeting.overlap / pair.thickness,
             sliding: turned(touch.pressing.sliding * sign),
             along: [along(first), along(1 - first)],
         }

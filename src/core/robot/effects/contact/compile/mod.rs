@@ -1,8 +1,9 @@
 //! Compiles contacts to parts of a plan.
 
 mod bodies;
+mod stiffness;
 
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,6 +22,8 @@ use crate::robot::kernel::kinematics;
 use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
+
+pub(crate) use stiffness::{OVERLAP, check_stiffness, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
 /// largest radius: twice half the circumference of the tightest possible ring.
@@ -46,6 +49,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let mut contacts = Contacts::default();
     let mut curves_of: Vec<Option<Range<usize>>> = vec![None; robot.links.len()];
     let mut number = 0;
+    let stiffnesses = stiffnesses(robot);
     for (c, contact) in robot.contacts.iter().enumerate() {
         let axes = contact.surfaces.each_ref().map(|surface| match surface {
             Surface::Ball { link, at, .. } | Surface::Solid { link, at, .. } => {
@@ -59,7 +63,8 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
         let [a, b] = &contact.surfaces;
         if let Some(pairs) = bodies::meet([a, b], &axes, &mut contacts) {
             for (is_turned, sides) in pairs {
-                let pair = pair(plan, &contacts, (c, law(contact, robot)), contact, is_turned, sides);
+                let pair =
+                    pair(plan, &contacts, (c, law(contact, stiffnesses[c])), contact, is_turned, sides);
                 contacts.pairs.push(pair);
             }
             continue;
@@ -100,7 +105,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
         let second = second.into_iter().next().expect("the second side is one");
         for first in first {
             let sides = [first, second.clone()];
-            let pair = pair(plan, &contacts, (c, law(contact, robot)), contact, is_turned, sides);
+            let pair = pair(plan, &contacts, (c, law(contact, stiffnesses[c])), contact, is_turned, sides);
             contacts.pairs.push(pair);
         }
     }
@@ -109,9 +114,9 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     plan.effects.contacts = contacts;
 }
 
-fn law(contact: &Contact, robot: &Robot) -> Law {
+fn law(contact: &Contact, stiffness: f64) -> Law {
     let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
-    Law { stiffness: stiffness(contact, robot), dissipation, friction, slip_velocity, patch_radius }
+    Law { stiffness, dissipation, friction, slip_velocity, patch_radius }
 }
 
 /// The pair of two sides of a contact.
@@ -449,25 +454,4 @@ fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
             Solid::ConvexMesh(Arc::new(ConvexMesh::new(&points, faces, *radius)))
         }
     }
-}
-
-/// The given stiffness, or that of the material: a cylinder pressed into a half-space has `pi / 4 E*` per
-/// metre and overlap, with `E* = E / (1 - nu^2)` (Popov 2010, eq. 5.33); two cylinders act in series.
-pub(crate) fn stiffness(contact: &Contact, robot: &Robot) -> f64 {
-    if let Some(stiffness) = contact.stiffness {
-        return stiffness;
-    }
-    let of_rod = |surface: &Surface| match surface {
-        Surface::Rod { link } => robot.links[*link]
-            .rod
-            .iter()
-            .map(|segment| {
-                let nu = segment.poisson_ratio();
-                (1.0 - nu * nu) / segment.young_modulus
-            })
-            .reduce(f64::max),
-        _ => None,
-    };
-    let compliance: f64 = contact.surfaces.iter().filter_map(of_rod).sum();
-    FRAC_PI_4 / compliance
 }

@@ -1,0 +1,103 @@
+//! Advice on the stiffness of contacts: too soft for what presses, or so stiff that runs end.
+
+use crate::model::Overlap;
+use crate::numerics::lie::Vector;
+use crate::robot::description::Robot;
+use crate::robot::effects::contact::compile::{OVERLAP, needed_stiffness, stiffnesses};
+use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::contact::{Contact, Surface};
+
+/// Deeper overlaps, over the thickness of the thinner surface, are too deep: twice what the default stiffness aims at.
+const DEEP: f64 = 0.35;
+
+/// Contacts stiffer than needed by this factor cost several times as many iterations.
+const STIFF: f64 = 10.0;
+
+/// Sentences about the deepest overlap of a run, if that is too deep, and about the place that presses most, of those that touch
+/// where it ended.
+pub(crate) fn advice(robot: &Robot, touches: &[Touching], deepest: Option<Overlap>) -> String {
+    let mut said = String::new();
+    let size = |force: Vector<f64>| force.dot(force).sqrt();
+    if let Some(touch) = touches.iter().max_by(|a, b| size(a.force).total_cmp(&size(b.force))) {
+        said += &pressing(robot, touch);
+    }
+    let deepest =
+        touches.iter().map(overlap).fold(deepest, |deepest, found| Overlap::deeper(deepest, Some(found)));
+    if let Some(overlap) = deepest.filter(|overlap| overlap.share > DEEP) {
+        said += &soft(robot, overlap);
+    }
+    said
+}
+
+fn overlap(touch: &Touching) -> Overlap {
+    Overlap { contact: touch.contact, depth: touch.overlap, share: touch.share }
+}
+
+/// The stiffness at which what presses here would press surfaces into each other by the overlap at which the default aims.
+fn fitting(contact: &Contact, stiffness: f64, overlap: Overlap) -> f64 {
+    let power = if contact.is_spread() { 1.5 } else { 1.0 };
+    stiffness * (overlap.share / OVERLAP).powf(power)
+}
+
+fn pressing(robot: &Robot, touch: &Touching) -> String {
+    let contact = &robot.contacts[touch.contact];
+    let stiffness = stiffnesses(robot)[touch.contact];
+    let [x, y, z] = touch.position.to_array();
+    let mut said = format!(
+        " Surfaces touch there: contact \"{}\" presses most at ({x:.4}, {y:.4}, {z:.4}) m{}, {:.1e} m deep, {} of {}.",
+        contact.name,
+        place(robot, contact, touch),
+        touch.overlap,
+        percent(touch.share),
+        thickness(contact),
+    );
+    let needed = fitting(contact, stiffness, overlap(touch)).max(needed_stiffness(robot, contact));
+    if contact.is_spread() && stiffness > STIFF * needed {
+        said += &format!(
+            " It is stiff for its load: `stiffness={}` in place of {} N/m^2 gives overlaps of about 15 % of the radius at edges, and \
+             moves shapes by less than a thousandth of their length.",
+            rounded(needed),
+            rounded(stiffness),
+        );
+    }
+    said
+}
+
+fn soft(robot: &Robot, overlap: Overlap) -> String {
+    let contact = &robot.contacts[overlap.contact];
+    let stiffness = stiffnesses(robot)[overlap.contact];
+    format!(
+        " The contact \"{}\" is soft for its load, its surfaces overlap by up to {:.1e} m, {} of {}: raise `stiffness` from {} to {} {}.",
+        contact.name,
+        overlap.depth,
+        percent(overlap.share),
+        thickness(contact),
+        rounded(stiffness),
+        rounded(fitting(contact, stiffness, overlap)),
+        if contact.is_spread() { "N/m^2" } else { "N/m" },
+    )
+}
+
+/// Where a touch is along the rod that touches.
+fn place(robot: &Robot, contact: &Contact, touch: &Touching) -> String {
+    let along = contact.surfaces.iter().zip(touch.along).find_map(|(surface, along)| match surface {
+        Surface::Rod { link } => along.map(|x| (&robot.links[*link].name, x)),
+        _ => None,
+    });
+    along.map_or_else(String::new, |(link, x)| format!(", {x:.4} m along \"{link}\""))
+}
+
+fn percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    if percent < 1.0 { format!("{percent:.1e} %") } else { format!("{percent:.0} %") }
+}
+
+fn thickness(contact: &Contact) -> &'static str {
+    let is_round = |surface: &Surface| matches!(surface, Surface::Rod { .. } | Surface::Ball { .. });
+    if contact.surfaces.iter().any(is_round) { "the smaller radius" } else { "half the smaller thickness" }
+}
+
+/// With two digits.
+fn rounded(stiffness: f64) -> String {
+    format!("{stiffness:.1e}")
+}

@@ -1,0 +1,73 @@
+//! `lissom.Overlap`.
+
+use pyo3::prelude::*;
+
+use super::model::PyModel;
+use super::record::{self, Reduced};
+use crate::model::Overlap;
+
+/// The deepest overlap of two surfaces in a shape or over a run.
+///
+/// Attributes
+/// ----------
+/// contact : str
+///     Name of the contact.
+/// depth : float
+///     Overlap, metres.
+/// share : float
+///     Depth over the thickness of the thinner surface: the radius of a rod or a ball, half the thickness of a box. The default
+///     stiffness aims at 0.15 or less; where it is more than 0.35, the message says which `stiffness` suits the load.
+/// t : float or None
+///     When that was, seconds; None in an equilibrium.
+#[pyclass(name = "Overlap", module = "lissom", frozen, get_all)]
+#[derive(FromPyObject)]
+pub(crate) struct PyOverlap {
+    contact: String,
+    depth: f64,
+    share: f64,
+    t: Option<f64>,
+}
+
+impl PyOverlap {
+    /// `name` gives the name of a contact.
+    pub(super) fn new(
+        py: Python<'_>,
+        found: Option<Overlap>,
+        t: Option<f64>,
+        name: impl Fn(usize) -> String,
+    ) -> PyResult<Option<Py<Self>>> {
+        let with_name = |Overlap { contact, depth, share }| Self { contact: name(contact), depth, share, t };
+        found.map(with_name).map(|overlap| Py::new(py, overlap)).transpose()
+    }
+
+    pub(super) fn of_run(
+        py: Python<'_>,
+        found: Option<(f64, Overlap)>,
+        model: Option<&Py<PyModel>>,
+    ) -> PyResult<Option<Py<Self>>> {
+        let Some(((t, overlap), model)) = found.zip(model) else { return Ok(None) };
+        let name = |contact| model.get().look(|model| model.name_of_contact(contact));
+        Self::new(py, Some(overlap), Some(t), name)
+    }
+}
+
+#[pymethods]
+impl PyOverlap {
+    fn __repr__(&self) -> String {
+        let at = self.t.map_or_else(String::new, |t| format!(" at t = {t:.4} s"));
+        format!(
+            "<Overlap of {:?}: {:.2e} m, {:.2} of the thickness{at}>",
+            self.contact, self.depth, self.share
+        )
+    }
+
+    /// For copies and pickles.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
+        record::reduce(slf)
+    }
+
+    #[staticmethod]
+    fn _restore(state: Self) -> Self {
+        state
+    }
+}
