@@ -139,21 +139,7 @@ pub(super) fn value_of(
         }
         Kind::Optional(inner) => value_of(object, name, inner, functions),
         Kind::OneOf(_, [number @ (Kind::Number | Kind::OneOrEach(_)), Kind::Word(_, words)]) => {
-            if object.is_instance_of::<PyString>() {
-                return text_of(object, name);
-            }
-            value_of(object, name, number, functions).map_err(|_| {
-                let each = if let Kind::OneOrEach(count) = number {
-                    format!(", {count} numbers")
-                } else {
-                    String::new()
-                };
-                let expected = format!("a number{each} or '{}'", words.join("', '"));
-                PyTypeError::new_err(format!(
-                    "{name}: expected {expected}, got {}",
-                    convert::describe(object)
-                ))
-            })
+            number_or_word(object, name, number, words, functions)
         }
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
         Kind::Open(inner) => value_of(object, name, inner, functions),
@@ -176,6 +162,25 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+/// A number of that kind, or one of the words.
+fn number_or_word(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    number: &Kind,
+    words: &[&str],
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    if object.is_instance_of::<PyString>() {
+        return text_of(object, name);
+    }
+    value_of(object, name, number, functions).map_err(|_| {
+        let each =
+            if let Kind::OneOrEach(count) = number { format!(", {count} numbers") } else { String::new() };
+        let expected = format!("a number{each} or '{}'", words.join("', '"));
+        PyTypeError::new_err(format!("{name}: expected {expected}, got {}", convert::describe(object)))
+    })
 }
 
 fn text_of(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
