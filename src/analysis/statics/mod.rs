@@ -89,7 +89,9 @@ pub fn equilibrium(
 fn in_contact(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
     if model.facts().has_contact {
         found.deepest = model.deepest_overlap(&found.q);
-        found.message += &model.advice_on_contact(&found.q, found.deepest, !found.status.is_success());
+        let last = [&found.q[..]];
+        let failed: &[&[f64]] = if found.status.is_success() { &[] } else { &last[..] };
+        found.message += &model.advice_on_contact(failed, found.deepest);
     }
     found
 }

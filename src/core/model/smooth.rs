@@ -167,7 +167,7 @@ impl<M: Smooth> InContact for M {
         String::new()
     }
 
-    fn advice_on_contact(&mut self, _q: &[f64], _deepest: Option<Overlap>, _has_failed: bool) -> String {
+    fn advice_on_contact(&mut self, _failed: &[&[f64]], _deepest: Option<Overlap>) -> String {
         String::new()
     }
 

@@ -121,6 +121,22 @@ def test_what_touches_where_a_search_fails_is_named():
     assert "stiff for its load" not in failed.message
 
 
+def test_steps_into_a_first_touch_that_fail_say_what_meets():
+    # Of impacts that no step follows: the last state touches nothing.
+    wire = lissom.Segment(
+        6.0, 5e-4, 2e11, poisson_ratio=0.4, density=1500, modes={"bend_y": 8}, retardation_time=0.01
+    )
+    contact = lissom.Contact("wire", lissom.HalfSpace((0, 0, -0.3)), stiffness="material", name="ground")
+    robot = lissom.Robot([lissom.Link("wire", rod=[wire])], contacts=[contact])
+    motion = lissom.simulate(robot, 1.0, dt=2e-2)
+    assert not motion.success
+    assert motion.deepest is None
+    assert re.search(
+        r'meet in the next step: those of contact "ground" near \(\S+, \S+, -0.3', motion.message
+    )
+    assert re.search(r"`stiffness=\S+e6` in place of 1.9e11 N/m\^2", motion.message)
+
+
 def test_runs_that_end_early_say_what_touches():
     def stop(t):
         return (0.0, 0.0, np.nan if t > 0.3 else 0.0)

@@ -52,12 +52,13 @@ impl InContact for RobotModel {
         self.robot.contacts.get(contact).map_or_else(String::new, |contact| contact.name.clone())
     }
 
-    fn advice_on_contact(&mut self, q: &[f64], deepest: Option<Overlap>, has_failed: bool) -> String {
+    fn advice_on_contact(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
         if !self.facts.has_contact {
             return String::new();
         }
-        let touches = if has_failed { self.touches(q, &vec![0.0; q.len()]) } else { Vec::new() };
-        advice::advice(&self.robot, &touches, deepest)
+        let mut touches = failed.iter().map(|q| self.touches(q, &vec![0.0; q.len()])).enumerate();
+        let (number, touches) = touches.find(|(_, touches)| !touches.is_empty()).unwrap_or_default();
+        advice::advice(&self.robot, &touches, number > 0, deepest)
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

@@ -14,15 +14,21 @@ const DEEP: f64 = 0.35;
 const STIFF: f64 = 10.0;
 
 /// Sentences about the deepest overlap of a run, if that is too deep, and about the place that presses most, of those that touch
-/// where it ended.
-pub(crate) fn advice(robot: &Robot, touches: &[Touching], deepest: Option<Overlap>) -> String {
+/// where it ended, or would touch if the motion went on for a step.
+pub(crate) fn advice(
+    robot: &Robot,
+    touches: &[Touching],
+    is_ahead: bool,
+    deepest: Option<Overlap>,
+) -> String {
     let mut said = String::new();
     let size = |force: Vector<f64>| force.dot(force).sqrt();
     if let Some(touch) = touches.iter().max_by(|a, b| size(a.force).total_cmp(&size(b.force))) {
-        said += &pressing(robot, touch);
+        said += &pressing(robot, touch, is_ahead);
     }
+    let seen: &[Touching] = if is_ahead { &[] } else { touches };
     let deepest =
-        touches.iter().map(overlap).fold(deepest, |deepest, found| Overlap::deeper(deepest, Some(found)));
+        seen.iter().map(overlap).fold(deepest, |deepest, found| Overlap::deeper(deepest, Some(found)));
     if let Some(overlap) = deepest.filter(|overlap| overlap.share > DEEP) {
         said += &soft(robot, overlap);
     }
@@ -39,19 +45,24 @@ fn fitting(contact: &Contact, stiffness: f64, overlap: Overlap) -> f64 {
     stiffness * (overlap.share / OVERLAP).powf(power)
 }
 
-fn pressing(robot: &Robot, touch: &Touching) -> String {
+fn pressing(robot: &Robot, touch: &Touching, is_ahead: bool) -> String {
     let contact = &robot.contacts[touch.contact];
     let stiffness = stiffnesses(robot)[touch.contact];
+    let mut needed = needed_stiffness(robot, contact);
     let [x, y, z] = touch.position.to_array();
-    let mut said = format!(
-        " Surfaces touch there: contact \"{}\" presses most at ({x:.4}, {y:.4}, {z:.4}) m{}, {:.1e} m deep, {} of {}.",
-        contact.name,
-        place(robot, contact, touch),
-        touch.overlap,
-        percent(touch.share),
-        thickness(contact),
-    );
-    let needed = fitting(contact, stiffness, overlap(touch)).max(needed_stiffness(robot, contact));
+    let place = format!("({x:.4}, {y:.4}, {z:.4}) m{}", place(robot, contact, touch));
+    let name = &contact.name;
+    let mut said = if is_ahead {
+        format!(" Surfaces meet in the next step: those of contact \"{name}\" near {place}.")
+    } else {
+        needed = needed.max(fitting(contact, stiffness, overlap(touch)));
+        format!(
+            " Surfaces touch there: contact \"{name}\" presses most at {place}, {:.1e} m deep, {} of {}.",
+            touch.overlap,
+            percent(touch.share),
+            thickness(contact),
+        )
+    };
     if contact.is_spread() && stiffness > STIFF * needed {
         said += &format!(
             " It is stiff for its load: `stiffness={}` in place of {} N/m^2 gives overlaps of about 15 % of the radius at edges, and \
