@@ -4,6 +4,7 @@
 //! PyO3 does not tell an extractor the name of its argument, and messages must contain it. Those of classes stand beside the
 //! class.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods};
@@ -73,6 +74,16 @@ fn optional_flags(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<bool>
 
 fn optional_texts<'a>(value: &'a Bound<'_, PyAny>, name: &str) -> PyResult<Option<&'a str>> {
     optional(value, name, convert::text)
+}
+
+/// Contents of files by name.
+pub(super) fn imports(value: &Bound<'_, PyAny>) -> PyResult<Option<BTreeMap<String, Vec<u8>>>> {
+    optional(value, "imports", |value, name| {
+        value.extract().map_err(|_| {
+            let found = convert::describe(value);
+            PyTypeError::new_err(format!("{name}: expected a dict from names of files to bytes, got {found}"))
+        })
+    })
 }
 
 pub(super) fn callback<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyAny>>> {

@@ -188,7 +188,7 @@ impl PyScene {
         #[pyo3(from_py_with = arguments::text::text)] text: &str,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
         #[pyo3(from_py_with = arguments::flag::anywhere)] anywhere: bool,
-        imports: Option<BTreeMap<String, Vec<u8>>>,
+        #[pyo3(from_py_with = arguments::imports)] imports: Option<BTreeMap<String, Vec<u8>>>,
     ) -> PyResult<Self> {
         let mut imports = imports.map_or_else(|| Files::beside(name, anywhere), Files::given);
         let read = py.detach(|| Scene::parse_with(text, name, &mut imports));

@@ -29,6 +29,9 @@ impl Form {
 
     /// The polynomial at each of these x, one after another: as many components from `first` on as `y` has room for.
     fn evaluate(self, coefficients: &[f64], xs: &[f64], first: usize, y: &mut [f64]) {
+        if y.is_empty() {
+            return;
+        }
         let nested = |k: usize, x: f64| if k.is_multiple_of(2) { 1.0 - x } else { x };
         match self {
             // Those of the explicit pairs, whose sums are unrolled.
