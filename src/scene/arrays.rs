@@ -28,7 +28,8 @@ pub(super) fn file_of<'a>(table: &'a DeTable<'_>) -> Option<&'a str> {
 /// and those that begin with `#` are skipped.
 pub(super) fn read(text: &str, file: &str) -> Result<Value, FileProblem> {
     let mut rows: Vec<Vec<Value>> = Vec::new();
-    for (i, line) in text.lines().enumerate() {
+    // Spreadsheets begin a file with a mark of its byte order.
+    for (i, line) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
             continue;
         }
@@ -39,8 +40,15 @@ pub(super) fn read(text: &str, file: &str) -> Result<Value, FileProblem> {
             false => line.split_whitespace().collect(),
         };
         let number = |word: &&str| {
-            number(word)
-                .ok_or_else(|| refuse(word, [format!("got \"{word}\""), "expected a number".to_owned()]))
+            number(word).ok_or_else(|| {
+                refuse(
+                    word,
+                    [
+                        format!("got \"{word}\""),
+                        "expected a number: commas or blanks separate them, decimals have a point".to_owned(),
+                    ],
+                )
+            })
         };
         let row = words.iter().map(number).collect::<Result<Vec<_>, _>>()?;
         if let Some(first) = rows.first()

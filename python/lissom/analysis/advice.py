@@ -170,8 +170,8 @@ def impact_time(model: Model, contact: Contact) -> float | None:
     if min(densities) <= 0.0:
         return None
     lightness = sum(1.0 / density for density in densities)
-    names = [other.name for other in model.contacts]
-    stiffness = model._contact_stiffness()[names.index(contact.name)]
+    contacts = [other.name for other in model.contacts]
+    stiffness = model._contact_stiffness()[contacts.index(contact.name)]
     return float(np.pi / np.sqrt(stiffness * lightness))
 
 

@@ -546,7 +546,9 @@ def _scene_of(
 
 
 def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
-    """Write the scene to a file, and what it imports beside it.
+    """Write the scene to a file, and beside it what it imports and arrays of 1000 numbers and more.
+
+    These have names such as ``finger-heights.csv``.
 
     Parameters
     ----------
@@ -556,7 +558,7 @@ def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     FileExistsError
-        If the scene imports a file, and another one of its name is there.
+        If another file is there of a name that these need, unless it is of an earlier version of this scene.
     OSError
         If the file cannot be written.
     """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from dataclasses import replace
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from .paths import toml
 if TYPE_CHECKING:
     import os
     from collections.abc import Iterable
+    from pathlib import Path
 
     from numpy.typing import ArrayLike
 
@@ -163,8 +165,8 @@ def save(scene: Scene, path: str | os.PathLike[str]) -> None:
     """`Scene.save`."""
     file = path_of(path)
     content, arrays = scene._set_aside(file.stem)
-    # What an earlier version of this file names belongs to it.
-    before = file.read_text(encoding="utf-8", errors="replace") if file.exists() else ""
+    # Arrays that an earlier version of this file names belong to it.
+    before = _files_in(file) if file.exists() else set()
     beside = dict(scene.imports)
     for name, rows in arrays:
         if name in beside:
@@ -177,10 +179,31 @@ def save(scene: Scene, path: str | os.PathLike[str]) -> None:
             and other.read_bytes() != data
             and not (name not in scene.imports and name in before)
         ):
-            raise FileExistsError(f"{other}: the scene imports another file of this name")
+            raise FileExistsError(
+                f"{other}: another file of this name is there; save the scene elsewhere, or by another name"
+            )
     for name, data in beside.items():
         other = file.parent / name
         other.parent.mkdir(parents=True, exist_ok=True)
         other.write_bytes(data)
     # Byte by byte: text files would get the ends of lines of the system.
     file.write_bytes(content.encode())
+
+
+def _files_in(scene: Path) -> set[str]:
+    """Names of the arrays in files that a scene has, if it is one."""
+    try:
+        document = tomllib.loads(scene.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return set()
+
+    def names(value: Any) -> Iterable[str]:
+        if isinstance(value, dict):
+            if isinstance(value.get("file"), str):
+                yield value["file"]
+            value = list(value.values())
+        if isinstance(value, list):
+            for inner in value:
+                yield from names(inner)
+
+    return set(names(document))

@@ -260,8 +260,8 @@ impl Unilateral {
     }
 
     /// Why the motion in steps of such a size may be wrong although all were made.
-    pub(crate) fn doubt(&self, dt: f64) -> Option<String> {
-        self.impacts.doubt(dt)
+    pub(crate) fn doubt(&self, dt: f64, may_be_resolved: bool) -> Option<String> {
+        self.impacts.doubt(dt, may_be_resolved)
     }
 
     /// What goes on from step to step.

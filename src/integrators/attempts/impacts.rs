@@ -75,7 +75,7 @@ impl Impacts {
     }
 
     /// Why a motion with steps of this size may be wrong, if they have lost much.
-    pub(super) fn doubt(&self, dt: f64) -> Option<String> {
+    pub(super) fn doubt(&self, dt: f64, may_be_resolved: bool) -> Option<String> {
         let &Self { lost, worst, at, contact, longest, kinetic, elastic, missing, most_missing, is_known } =
             self;
         let all = lost + most_missing;
@@ -100,11 +100,16 @@ impl Impacts {
         Some(format!(
             "Impacts are shorter than steps of {} s, which stop what should rebound: they take {} J out of the motion, {:.0} % of \
              its largest kinetic energy, {} J of these in contacts[{contact}] at t = {at:.3} s. Take `dt={longest:.1e}` or less, \
-             {softer:.0e} times that `stiffness`, method \"radau\", or `method=lissom.methods.Newmark(impacts=\"resolved\")`.",
+             {softer:.0e} times that `stiffness`, {}method \"radau\".",
             Number(dt),
             energy(lost),
             100.0 * lost / kinetic,
-            energy(worst)
+            energy(worst),
+            if may_be_resolved {
+                "`method=lissom.methods.Newmark(impacts=\"resolved\")`, or "
+            } else {
+                "or "
+            }
         ))
     }
 

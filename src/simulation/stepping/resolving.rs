@@ -94,10 +94,10 @@ impl Resolving {
         };
         let work = stepper.counters();
         self.used += work_of(&work);
+        model.set_time(t_span.1)?;
         if status != Some(Status::Finished) {
             return Ok((None, work));
         }
-        model.set_time(t_span.1)?;
         let touches = model.overlaps(stepper.q());
         self.goes_on = touches && work.steps > FEW;
         let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);

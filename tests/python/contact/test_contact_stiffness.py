@@ -269,3 +269,37 @@ b = { kind = "half_space", point = [0, 0, -0.1] }
     assert 'stiffness = "material"' in material.model.contacts[0].to_toml()
     with pytest.raises(lissom.SceneError, match="material"):
         lissom.Scene.loads(text + 'stiffness = "steel"\n')
+
+
+UNKNOWN = {
+    "support": {"supports": [lissom.Support(stiffness=100.0, position=(1.0, 0, -1.0), link="rod")]},
+    "current": {"fluid": lissom.Fluid(1000.0, velocity=(0, 0, -1.0))},
+    "magnet": {"magnets": [lissom.Magnet(link="rod", at=1.0, moment=(10.0, 0, 0))], "field": (0, 0, 3.0)},
+}
+
+
+@pytest.mark.parametrize("what", UNKNOWN)
+def test_what_presses_as_hard_as_the_shape_makes_it_asks_for_the_material(what):
+    assert_allclose(stiffness(cable(**UNKNOWN[what])), OF_MATERIAL, rtol=1e-12)
+
+
+def test_springs_of_joints_ask_for_the_material():
+    rail = lissom.Prismatic((0, 0, 1), stiffness=2e3)
+    robot = lissom.Robot(
+        [lissom.Link("rod", joint=rail, rod=[segment()])], contacts=[lissom.Contact("rod", FLOOR)]
+    )
+    assert_allclose(stiffness(robot), OF_MATERIAL, rtol=1e-12)
+
+
+def test_where_a_rod_is_welded_on_at_its_tip_does_not_matter():
+    half = segment(LENGTH / 2)
+    found = [
+        stiffness(
+            lissom.Robot(
+                [lissom.Link("rod", rod=[half]), lissom.Link("tip", parent="rod", at=at, rod=[half])],
+                contacts=[lissom.Contact("rod", FLOOR)],
+            )
+        )
+        for at in (None, LENGTH / 2)
+    ]
+    assert_allclose(found, stiffness(cable()), rtol=1e-9)

@@ -228,12 +228,16 @@ t_end = 1.0
         (tmp_path / "x.csv").write_bytes(values)
 
     np.savetxt(tmp_path / "t.txt", [0.0, 0.5, 1.0], header="seconds")
-    (tmp_path / "x.csv").write_text("0\n\n1e-1\n0.3", encoding="utf-8")
+    (tmp_path / "x.csv").write_text("\ufeff0\n\n1e-1\n0.3", encoding="utf-8")
     times, values = lissom.Scene.load(file).model.links[0].joint.motion[:2]
     assert_array_equal(times, [0, 0.5, 1])
     assert_array_equal(values, [0, 0.1, 0.3])
     for times, values, message in [
-        (b"0\n1\n", b"0\nx1\n", r"x\.csv:2:1: got \"x1\"; expected a number\n +\|\n2 \| x1\n  \| \^\^"),
+        (
+            b"0\n1\n",
+            b"0\nx1\n",
+            r"x\.csv:2:1: got \"x1\"; expected a number: commas.*\n +\|\n2 \| x1\n  \| \^\^",
+        ),
         (b"0\n1\n", b"0,0\n1,2,3\n", r"x\.csv:2:1: got 3 numbers; expected 2, as in the rows above"),
         (b"0\n1\n", b"0\n1,\n", r"x\.csv:2:3: got \"\"; expected a number"),
         (b"0\n1\n", b"\xff\n", "not text in UTF-8"),

@@ -190,7 +190,7 @@ impl Stepper {
 
     /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
     pub fn doubt(&self) -> Option<String> {
-        of_kind!(&self.0, stepper => stepper.unilateral.doubt(stepper.options.dt))
+        of_kind!(&self.0, stepper => stepper.doubt())
     }
 
     /// Describes a status of this integration, with advice unless it is a success.

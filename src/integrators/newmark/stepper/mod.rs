@@ -9,7 +9,7 @@ mod kinds;
 use super::corrector::Corrector;
 use super::error_estimate::ErrorEstimate;
 use super::numbers::Numbers;
-use super::options::{Options, Predictor, StepSize};
+use super::options::{Impacts, Options, Predictor, StepSize};
 use super::scheme::{Scheme, Step};
 use super::trial::Trial;
 use crate::error::Interrupted;
@@ -256,6 +256,12 @@ impl<V: Numbers> StepperOf<V> {
         // The accelerations before say nothing of those after.
         self.h_of_s = 0.0;
         self.corrector.doubt_jacobian();
+    }
+
+    fn doubt(&self) -> Option<String> {
+        // Without tendons that do not stretch there are no multipliers.
+        let may_be_resolved = self.options.impacts == Impacts::Stopped && self.a.len() == self.q.len();
+        self.unilateral.doubt(self.options.dt, may_be_resolved)
     }
 
     /// Puts this end in place of that of the last step, which was made once more with so much work.

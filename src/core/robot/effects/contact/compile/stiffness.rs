@@ -151,7 +151,15 @@ impl Known {
                 Some(Driven::Base(_)) => true,
                 Some(Driven::Mimic { .. }) | None => false,
             };
-            pressing.is_unknown |= is_thrown || is_moved || robot.base_motion.is_some();
+            // Springs that are stretched far, magnets and currents press as hard as the shape makes them.
+            let is_sprung = link.joint.forces().is_some_and(|forces| forces.stiffness > 0.0);
+            let is_drawn = robot.has_magnets()
+                || robot.fluid.as_ref().is_some_and(|fluid| fluid.velocity.iter().any(|v| *v != 0.0));
+            pressing.is_unknown |=
+                is_thrown || is_moved || is_sprung || is_drawn || robot.base_motion.is_some();
+        }
+        for support in &robot.supports {
+            pressing[roots[support.link]].is_unknown = true;
         }
         for body in robot.all_bodies() {
             pressing[roots[body.link]].weight += body.mass * gravity;
@@ -232,7 +240,10 @@ fn in_rows(robot: &Robot, own: Vec<Rod>) -> Vec<Rod> {
     let is_rod = |link: usize| !robot.links[link].rod.is_empty();
     let before = |link: usize| {
         let Link { parent, joint, driven, at, .. } = &robot.links[link];
-        let is_next = joint.coordinates().is_empty() && driven.is_none() && at.is_none();
+        let length =
+            |parent: usize| robot.links[parent].rod.iter().map(|segment| segment.length).sum::<f64>();
+        let is_at_tip = at.is_none_or(|at| parent.is_some_and(|parent| at == length(parent)));
+        let is_next = joint.coordinates().is_empty() && driven.is_none() && is_at_tip;
         parent.filter(|&parent| is_next && is_rod(link) && is_rod(parent))
     };
     let longer = |a: Rod, b: Rod| if b.length > a.length { b } else { a };
