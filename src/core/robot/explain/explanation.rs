@@ -620,6 +620,7 @@ mod tests {
             "actuators",
             "contact",
             "linear systems by sweeps along the segments",
+            "fixed steps with arrays of known size",
         ];
         assert_eq!(skipped, absent);
         assert!(full.to_string().contains("12 nodes: as given"));
