@@ -26,7 +26,7 @@ pub(super) fn file_of<'a>(table: &'a DeTable<'_>) -> Option<&'a str> {
 
 /// The array in a text: rows of numbers that commas or blanks separate, or a plain list where each line has one number. Empty lines
 /// and those that begin with `#` are skipped.
-pub(super) fn read(text: &str, file: &str) -> Result<Value, FileProblem> {
+pub(super) fn read(text: &str, file: &str) -> Result<Value, Box<FileProblem>> {
     let mut rows: Vec<Vec<Value>> = Vec::new();
     // Spreadsheets begin a file with a mark of its byte order.
     for (i, line) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
@@ -71,7 +71,7 @@ fn problem_of(
     (file, number, line): (&str, usize, &str),
     word: &str,
     [wrong, right]: [String; 2],
-) -> FileProblem {
+) -> Box<FileProblem> {
     // The same word may stand there twice: its place in memory tells which one it is.
     let start = word.as_ptr() as usize - line.as_ptr() as usize;
     let column = 1 + line[..start].chars().count();
@@ -81,7 +81,8 @@ fn problem_of(
     let width = word.chars().count().max(1).min(LONGEST_LINE.saturating_sub(column - 1));
     let mark = format!("{}{}", " ".repeat(column.min(LONGEST_LINE) - 1), "^".repeat(width));
     let snippet = format!("{margin} |\n{number} | {shown}\n{margin} | {mark}");
-    FileProblem { file: file.to_owned(), line: number, column, key: String::new(), wrong, right, snippet }
+    let (file, line, key) = (file.to_owned(), number, String::new());
+    Box::new(FileProblem { file, line, column, key, wrong, right, snippet })
 }
 
 /// A number as TOML tells integers from others.

@@ -72,7 +72,7 @@ impl Shape {
         let right = "a file with rows of numbers, seen from the folder of the scene";
         let content = self.content([file, right], place, imports)?;
         let read = match str::from_utf8(&content) {
-            Ok(text) => arrays::read(text, file).map_err(|problem| Refusal::Wrong(vec![problem])),
+            Ok(text) => arrays::read(text, file).map_err(|problem| Refusal::Wrong(vec![*problem])),
             Err(_) => Err(Refusal::Unreadable("not text in UTF-8".to_owned())),
         };
         self.taken(read, place, right)
