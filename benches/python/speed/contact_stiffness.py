@@ -1,4 +1,4 @@
-"""What the stiffness of contacts costs and what it changes: docs/contact.md, "How stiff".
+"""What the stiffness of contacts costs and what it changes: docs/contact_law.md, "How stiff".
 
 python benches/python/speed/contact_stiffness.py  # all scenes: default, 1e5 N/m^2, "material"
 python benches/python/speed/contact_stiffness.py --young 2e11 --radius 5e-4 --limit 20

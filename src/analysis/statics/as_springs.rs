@@ -271,8 +271,8 @@ impl InContact for AsSprings<'_> {
         self.model.name_of_contact(contact)
     }
 
-    fn advice_on_contact(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
-        self.model.advice_on_contact(failed, deepest)
+    fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
+        self.model.advice_at_end(failed, deepest)
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

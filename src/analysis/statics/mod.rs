@@ -85,14 +85,12 @@ pub fn equilibrium(
     }))
 }
 
-/// The same with its deepest overlap, and with advice on what touches.
+/// The same with its deepest overlap, and with advice on what holds it.
 fn in_contact(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
-    if model.facts().has_contact {
-        found.deepest = model.deepest_overlap(&found.q);
-        let last = [&found.q[..]];
-        let failed: &[&[f64]] = if found.status.is_success() { &[] } else { &last[..] };
-        found.message += &model.advice_on_contact(failed, found.deepest);
-    }
+    found.deepest = model.deepest_overlap(&found.q);
+    let last = [&found.q[..]];
+    let failed: &[&[f64]] = if found.status.is_success() { &[] } else { &last[..] };
+    found.message += &model.advice_at_end(failed, found.deepest);
     found
 }
 

@@ -67,9 +67,9 @@ pub trait InContact: Dynamics {
     fn name_of_contact(&self, contact: usize) -> String;
 
     /// What to change where contacts are too soft for what presses, by the deepest overlap so far, and, where a run or search has
-    /// failed, what presses most in its last shape, or what meets in the next one, by these shapes in turn; sentences, or
-    /// nothing. Allocates.
-    fn advice_on_contact(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String;
+    /// failed, what holds it: the contact that overlaps most, and the stop and tendon that press or pull most in its last shape, or meet in the next one, by
+    /// these shapes in turn; sentences, or nothing. Allocates.
+    fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String;
 
     /// For every pair of surfaces that may touch, a row: how far either of them moves at most for a unit of each coordinate, along
     /// steps from the shape. Allocates.

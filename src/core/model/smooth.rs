@@ -167,7 +167,7 @@ impl<M: Smooth> InContact for M {
         String::new()
     }
 
-    fn advice_on_contact(&mut self, _failed: &[&[f64]], _deepest: Option<Overlap>) -> String {
+    fn advice_at_end(&mut self, _failed: &[&[f64]], _deepest: Option<Overlap>) -> String {
         String::new()
     }
 

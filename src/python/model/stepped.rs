@@ -76,7 +76,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     }
     fn explain(&mut self, status: Status) -> String {
         let doubt = self.doubt().map_or_else(String::new, |doubt| format!(" {doubt}"));
-        let of_contact = self.advice_on_contact(status, None);
+        let of_contact = self.advice_at_end(status, None);
         self.explain(status) + &of_contact + &slack_now(self) + &doubt
     }
     fn doubt(&mut self) -> Option<String> {

@@ -45,7 +45,8 @@ pub(super) fn touches<'py>(
     let class = py.import("lissom.model.contacts")?.getattr("Touch")?;
     let touch = |touch: Touching| {
         let vector = |v: Vector<f64>| PyArray1::from_slice(py, &v.to_array());
-        let Touching { contact, position, normal, force, overlap, share: _, sliding, along } = touch;
+        let Touching { contact, position, normal, force, overlap, share: _, sliding, along, is_at_edge: _ } =
+            touch;
         let name = robot.description().contacts[contact].name.as_str();
         let [on_first, on_second] = along;
         class.call1((

@@ -348,7 +348,7 @@ impl Simulation {
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
-        message += &run.advice_on_contact(status, deepest.map(|(_, overlap)| overlap));
+        message += &run.advice_at_end(status, deepest.map(|(_, overlap)| overlap));
         let doubt = if is_success {
             run.observe(|model, _| watch.doubt(model, q0)).or_else(|| run.doubt())
         } else {

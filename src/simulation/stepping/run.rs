@@ -600,18 +600,15 @@ impl<M: Model> Run<M> {
         message
     }
 
-    /// What to change where contacts have been too soft, and what presses where a run has failed: sentences, or nothing.
-    pub fn advice_on_contact(&mut self, status: Status, deepest: Option<Overlap>) -> String {
+    /// What to change where contacts have been too soft, and what holds a run that has failed: sentences, or nothing.
+    pub fn advice_at_end(&mut self, status: Status, deepest: Option<Overlap>) -> String {
         let has_failed = !status.is_success() && !status.is_interrupted();
         let dt = self.dt;
         self.observe(|model, State { q, v, .. }| {
-            if !model.facts().has_contact {
-                return String::new();
-            }
             // Steps into a first touch begin where nothing touches.
             let ahead: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + dt * v).collect();
             let shapes = [q, &ahead[..]];
-            model.advice_on_contact(if has_failed { &shapes } else { &[] }, deepest)
+            model.advice_at_end(if has_failed { &shapes } else { &[] }, deepest)
         })
     }
 

@@ -3,8 +3,10 @@
 //! These are forces on coordinates rather than wrenches at places: the hinge evaluates them and their
 //! derivatives.
 
-use crate::description::joint::JointForces;
+use crate::description::joint::{Joint, JointForces};
+use crate::error::Number;
 use crate::model::{Energy, REACHED};
+use crate::robot::description::{Link, Robot};
 use crate::robot::effects::kinds::{
     Dissipation, NoCoordinateForce, NoSupply, NoVelocityDependence, NotAlongRods, NotAtPoints, StoredEnergy,
 };
@@ -63,6 +65,57 @@ pub(crate) fn reached_stops<G: Turning>(
         let beyond = beyond(forces, q[k]).abs();
         (beyond > 0.0 && beyond <= REACHED * sizes[k].max(q[k].abs())).then_some(k)
     })
+}
+
+/// A stop that is passed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pressed {
+    /// Index of the coordinate.
+    coordinate: usize,
+    /// The limit, and the distance of the coordinate beyond it.
+    limit: f64,
+    beyond: f64,
+    /// Spring force of the stop.
+    force: f64,
+}
+
+/// The stop that presses most in a shape.
+pub(crate) fn hardest_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Pressed> {
+    let pressed = all(plan).filter_map(|(coordinate, forces)| {
+        let beyond = beyond(forces, q[coordinate]);
+        let force = forces.limit_stiffness * beyond.abs();
+        (beyond != 0.0).then_some(Pressed {
+            coordinate,
+            limit: q[coordinate] - beyond,
+            beyond: beyond.abs(),
+            force,
+        })
+    });
+    pressed.max_by(|a, b| a.force.total_cmp(&b.force))
+}
+
+/// A sentence about a stop that a run or a search has failed at, or would reach next.
+pub(crate) fn advice(robot: &Robot, stop: Pressed, is_ahead: bool) -> String {
+    let Pressed { coordinate, limit, beyond, force } = stop;
+    let mut next = 0;
+    let joined = robot.links.iter().find(|link| {
+        let first = next;
+        next += link.joint.coordinates().len() + link.coordinates() - link.joint_coordinates().len();
+        (first..next).contains(&coordinate)
+    });
+    let Some(Link { name, joint, .. }) = joined else { return String::new() };
+    let [unit, of_force] = if matches!(joint, Joint::Prismatic { .. }) { ["m", "N"] } else { ["rad", "N m"] };
+    if is_ahead {
+        return format!(
+            " The joint of \"{name}\" reaches its stop at {} {unit} in the next step.",
+            Number(limit)
+        );
+    }
+    format!(
+        " The joint of \"{name}\" is {beyond:.1e} {unit} beyond its stop at {} {unit}, which presses with {force:.1e} {of_force}: if that \
+         holds the run, take less `limit_stiffness`, or a `dt` that is shorter than the impact.",
+        Number(limit),
+    )
 }
 
 /// Takes the stops of a coordinate away.

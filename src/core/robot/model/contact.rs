@@ -1,12 +1,42 @@
 //! Contacts and stops of a robot.
 
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
+use crate::model::springs::Cords;
 use crate::model::{
-    Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Overlap, Radius, Reached, chart,
+    Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Overlap, Radius, Reached, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
-use crate::robot::effects::contact::advice;
 use crate::robot::effects::contact::query::Hardest;
+use crate::robot::effects::{actuator, contact, joint_forces};
+
+impl RobotModel {
+    /// Names the stop that presses most in the first of these shapes, or is passed in a later one.
+    fn advice_on_stops(&mut self, failed: &[&[f64]]) -> String {
+        let Self { sweeps, coordinates, robot, .. } = self;
+        let mut pressed = failed.iter().map(|q| {
+            coordinates
+                .all([*q], |[q]| on_sweeps!(sweeps, sweeps => joint_forces::hardest_stop(sweeps.plan(), q)))
+        });
+        let found = pressed.by_ref().enumerate().find_map(|(number, stop)| Some((number, stop?)));
+        found.map_or_else(String::new, |(number, stop)| joint_forces::advice(robot, stop, number > 0))
+    }
+
+    /// Names the tendon of commanded length that pulls most in the first of these shapes, or becomes taut in a later one.
+    fn advice_on_tendons(&mut self, failed: &[&[f64]]) -> String {
+        let cords: Vec<usize> = on_sweeps!(&self.sweeps, sweeps => sweeps.cords().map(|(i, _)| i).collect());
+        if cords.is_empty() {
+            return String::new();
+        }
+        let mut found = Cords::new(cords.len(), self.facts.n);
+        for (number, q) in failed.iter().enumerate() {
+            self.linearise_cords(q, &mut found);
+            if let Some(row) = actuator::advice::hardest(&found, self.facts.length) {
+                return actuator::advice::advice(&self.robot, cords[row], &found, row, number > 0);
+            }
+        }
+        String::new()
+    }
+}
 
 impl InContact for RobotModel {
     fn reached(&mut self, q: &[f64]) -> Vec<Reached> {
@@ -52,13 +82,14 @@ impl InContact for RobotModel {
         self.robot.contacts.get(contact).map_or_else(String::new, |contact| contact.name.clone())
     }
 
-    fn advice_on_contact(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
-        if !self.facts.has_contact {
-            return String::new();
+    fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
+        let mut said = String::new();
+        if self.facts.has_contact {
+            let mut touches = failed.iter().map(|q| self.touches(q, &vec![0.0; q.len()])).enumerate();
+            let (number, touches) = touches.find(|(_, touches)| !touches.is_empty()).unwrap_or_default();
+            said += &contact::advice::advice(&self.robot, &touches, number > 0, deepest);
         }
-        let mut touches = failed.iter().map(|q| self.touches(q, &vec![0.0; q.len()])).enumerate();
-        let (number, touches) = touches.find(|(_, touches)| !touches.is_empty()).unwrap_or_default();
-        advice::advice(&self.robot, &touches, number > 0, deepest)
+        said + &self.advice_on_stops(failed) + &self.advice_on_tendons(failed)
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

@@ -19,6 +19,7 @@
 //! ```
 
 mod active_strain;
+pub(crate) mod advice;
 mod along_rod;
 mod chamber;
 pub(crate) mod compile;

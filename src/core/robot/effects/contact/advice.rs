@@ -1,7 +1,6 @@
 //! Advice on the stiffness of contacts: too soft for what presses, or so stiff that runs end.
 
 use crate::model::Overlap;
-use crate::numerics::lie::Vector;
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::compile::{OVERLAP, needed_stiffness, stiffnesses};
 use crate::robot::effects::contact::query::Touching;
@@ -13,7 +12,7 @@ const DEEP: f64 = 0.35;
 /// Contacts stiffer than needed by this factor cost several times as many iterations.
 const STIFF: f64 = 10.0;
 
-/// Sentences about the deepest overlap of a run, if that is too deep, and about the place that presses most, of those that touch
+/// Sentences about the deepest overlap of a run, if that is too deep, and about the place that overlaps most, of those that touch
 /// where it ended, or would touch if the motion went on for a step.
 pub(crate) fn advice(
     robot: &Robot,
@@ -22,8 +21,7 @@ pub(crate) fn advice(
     deepest: Option<Overlap>,
 ) -> String {
     let mut said = String::new();
-    let size = |force: Vector<f64>| force.dot(force).sqrt();
-    if let Some(touch) = touches.iter().max_by(|a, b| size(a.force).total_cmp(&size(b.force))) {
+    if let Some(touch) = touches.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
         said += &pressing(robot, touch, is_ahead);
     }
     let seen: &[Touching] = if is_ahead { &[] } else { touches };
@@ -57,7 +55,8 @@ fn pressing(robot: &Robot, touch: &Touching, is_ahead: bool) -> String {
     } else {
         needed = needed.max(fitting(contact, stiffness, overlap(touch)));
         format!(
-            " Surfaces touch there: contact \"{name}\" presses most at {place}, {:.1e} m deep, {} of {}.",
+            " Surfaces touch there: contact \"{name}\" overlaps most{} at {place}, {:.1e} m deep, {} of {}.",
+            if touch.is_at_edge { ", on an edge," } else { "" },
             touch.overlap,
             percent(touch.share),
             thickness(contact),

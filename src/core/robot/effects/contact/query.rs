@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use crate::model::REACHED;
-use crate::numerics::lie::{Cross, Twist, Vector};
+use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
-use crate::robot::effects::contact::shapes::touch::Law;
+use crate::robot::effects::contact::shapes::obstacle::Solid;
+use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
 use crate::robot::effects::contact::state::{ContactState, Standing, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -191,6 +192,21 @@ pub struct Touching {
     pub sliding: Vector<f64>,
     /// Arc lengths of the rods of both surfaces, metres; of what is no rod there is none.
     pub along: [Option<f64>; 2],
+    /// Whether an edge or corner of the other surface touches, not a face.
+    pub is_at_edge: bool,
+}
+
+/// A normal that turns this much while the place of the touch moves by the radius, in radians, is that of an edge: of a sharp one it
+/// turns by more than one, on a face by nothing.
+const TURNS_AT_EDGE: f64 = 0.5;
+
+/// Whether a side of a pair is a box or mesh that touches with an edge or corner.
+fn is_at_edge<G: Turning>(plan: &Plan<G>, side: &Side, meeting: &Meeting) -> bool {
+    let &Side::Solid(solid) = side else { return false };
+    let has_faces =
+        matches!(plan.effects.contacts.solids[solid].solid, Solid::Cuboid { .. } | Solid::ConvexMesh(_));
+    let Symmetric { xx, yy, zz, .. } = meeting.curvature;
+    has_faces && (xx + yy + zz) * meeting.radii[0] > TURNS_AT_EDGE
 }
 
 /// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
@@ -218,6 +234,7 @@ pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iter
             share: touch.meeting.overlap / pair.thickness,
             sliding: turned(touch.pressing.sliding * sign),
             along: [along(first), along(1 - first)],
+            is_at_edge: pair.sides.iter().any(|side| is_at_edge(plan, side, &touch.meeting)),
         }
     })
 }

@@ -1,0 +1,35 @@
+//! Advice on tendons of commanded length that hold a run or a search that has failed.
+
+use crate::model::constraint::one_sided::TAUT;
+use crate::model::springs::Cords;
+use crate::robot::description::Robot;
+
+/// The row of the tendon that pulls most in a shape: of those that do not stretch the one that exceeds its length most, if any is
+/// taut; `length` is that of the robot.
+pub(crate) fn hardest(cords: &Cords, length: f64) -> Option<usize> {
+    let rows = 0..cords.excesses.len();
+    let is_rigid = |row: &usize| cords.stiffness[*row].is_infinite();
+    let taut = rows.clone().filter(is_rigid).filter(|&row| cords.excesses[row] > -TAUT * length);
+    let longest = taut.max_by(|&a, &b| cords.excesses[a].total_cmp(&cords.excesses[b]));
+    let tension = |row: usize| cords.stiffness[row] * cords.excesses[row];
+    let pulling = rows.filter(|row| !is_rigid(row) && cords.excesses[*row] > 0.0);
+    longest.or_else(|| pulling.max_by(|&a, &b| tension(a).total_cmp(&tension(b))))
+}
+
+/// A sentence about that tendon, in a shape that has been reached or lies ahead.
+pub(crate) fn advice(robot: &Robot, actuator: usize, cords: &Cords, row: usize, is_ahead: bool) -> String {
+    let name = robot.actuators[actuator].name();
+    let (stiffness, excess) = (cords.stiffness[row], cords.excesses[row]);
+    let when = if is_ahead { "becomes taut in the next step" } else { "is taut" };
+    if stiffness.is_infinite() {
+        return format!(
+            " The tendon \"{name}\" {when} and does not stretch: if that holds the run, change its `length` more slowly, or give it a \
+             `stiffness`."
+        );
+    }
+    let pull = if is_ahead { String::new() } else { format!(" and pulls with {:.1e} N", stiffness * excess) };
+    format!(
+        " The tendon \"{name}\" {when}{pull}: if that holds the run, give it less `stiffness` than {stiffness:.1e} N/m, some damping, or \
+         change its `length` more slowly."
+    )
+}

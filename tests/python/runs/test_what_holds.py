@@ -1,0 +1,102 @@
+"""A run or a search that fails names what holds it: contact, edge, stop of a joint, tendon."""
+
+import re
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import lissom
+
+
+def nothing_after(t_end):
+    """A force of zero that is no number any more after some time, so that runs end there."""
+    return lambda t: (0.0, 0.0, np.nan if t > t_end else 0.0)
+
+
+def falling_arm(limits=(-0.5, 1.0), **forces):
+    joint = lissom.Revolute((0, 1, 0), limits=limits, limit_stiffness=200.0, limit_dissipation=5.0, **forces)
+    bar = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=(0.01, 0.1, 0.1))
+    end = lissom.Load(link="arm", force=nothing_after(1.5))
+    return lissom.Robot([lissom.Link("arm", joint=joint, body=bar)], loads=[end])
+
+
+def test_a_stop_is_named_with_its_place_and_force():
+    failed = lissom.simulate(falling_arm(), 3.0, dt=2e-3)
+    assert failed.status == "non_finite"
+    pattern = r'joint of "arm" is (\S+) rad beyond its stop at (\S+) rad, which presses with (\S+) N m'
+    beyond, limit, force = map(float, re.search(pattern, failed.message).groups())
+    assert limit == 1.0
+    assert_allclose(beyond, failed.q[-1, 0] - 1.0, rtol=0.1)
+    assert_allclose(force, 200.0 * beyond, rtol=0.1)
+    assert "`limit_stiffness`" in failed.message
+
+
+def test_a_stop_that_is_not_reached_is_not_named():
+    failed = lissom.simulate(falling_arm((-5.0, 5.0), damping=2.0), 3.0, dt=2e-3)
+    assert failed.status == "non_finite"
+    assert "stop" not in failed.message
+    succeeded = lissom.simulate(falling_arm(), 1.0, dt=2e-3)
+    assert succeeded.success
+    assert succeeded.q[-1, 0] > 1.0
+    assert "stop" not in succeeded.message
+
+
+def test_the_stop_of_a_slide_has_units_of_lengths_behind_driven_joints():
+    turned = lissom.Revolute((0, 0, 1), motion=lambda t: 0.3 * t)
+    slide = lissom.Prismatic(
+        (0, 0, 1), limits=(-0.2, 0.2), limit_stiffness=1e4, limit_dissipation=10.0, damping=20.0
+    )
+    block = lissom.Body(2.0, inertia=(0.01, 0.01, 0.01))
+    links = [
+        lissom.Link("turntable", joint=turned, body=block),
+        lissom.Link("block", parent="turntable", joint=slide, body=block),
+    ]
+    robot = lissom.Robot(links, loads=[lissom.Load(link="block", force=nothing_after(1.5))])
+    failed = lissom.simulate(robot, 3.0, dt=2e-3)
+    assert failed.status == "non_finite"
+    assert re.search(
+        r'joint of "block" is \S+ m beyond its stop at -0.2 m, which presses with \S+ N:', failed.message
+    )
+
+
+def hanging_ball(length, **tendon):
+    ball = lissom.Link("ball", joint=lissom.Free(), body=lissom.Body(1.0, inertia=1e-3 * np.eye(3)))
+    rope = lissom.Tendon(
+        "rope", [lissom.Via(None, (0, 0, 0)), lissom.Via("ball", (0, 0, 0))], length=length, **tendon
+    )
+    end = lissom.Load(link="ball", force=nothing_after(0.2))
+    return lissom.Robot([ball], tendons=[rope], loads=[end])
+
+
+@pytest.mark.parametrize("stiffness", [None, 1e4])
+def test_a_taut_tendon_is_named_and_a_slack_one_is_not(stiffness):
+    q0 = np.zeros(6)
+    q0[2] = -0.5
+    taut = lissom.simulate(hanging_ball(0.5, stiffness=stiffness), 0.4, q0=q0, dt=2e-3)
+    assert not taut.success
+    assert 'tendon "rope" is taut' in taut.message
+    slack = lissom.simulate(hanging_ball(0.9, stiffness=stiffness), 0.4, q0=q0, dt=2e-3)
+    assert not slack.success
+    assert "is taut" not in slack.message
+
+
+TABLE = lissom.Box((1.0, 0, -0.42), (0.4, 1.0, 0.4))
+
+
+def cable(load):
+    segment = lissom.Segment(1.0, 5e-3, 1e8, poisson_ratio=0.4, density=1500, modes={"bend_y": 6})
+    contact = lissom.Contact("cable", TABLE, stiffness=1e5, name="table")
+    return lissom.Robot([lissom.Link("cable", rod=[segment] * 2)], contacts=[contact], loads=[load])
+
+
+@pytest.mark.parametrize(("at", "is_edge"), [(2.0, True), (1.0, False)])
+def test_an_edge_is_named_and_a_face_is_not(at, is_edge):
+    # Pressed over the edge at 1.4 m, or onto the face before it.
+    robot = cable(lissom.Load(link="cable", at=at, force=(0, 0, -5.0)))
+    failed = lissom.statics(robot, max_iter=40)
+    assert not failed.success
+    deepest = max(robot.touches(failed.q), key=lambda touch: touch.overlap)
+    assert (abs(deepest.position[0] - 1.4) < 2e-3) == is_edge
+    assert ("on an edge" in failed.message) == is_edge
+    assert 'contact "table" overlaps most' in failed.message
