@@ -155,7 +155,14 @@ def document_text(document: dict[str, Any]) -> str:
 
 
 #: Names of scenes that differ from those of classes, apart from plurals.
-PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "motor": "actuators"}
+PLURALS = {"body": "bodies"}
+
+#: Actuators of one kind, which are counted by themselves, as in scenes: the second motor is ``motors[1]``.
+OF_KIND = {
+    **dict.fromkeys(("tendon", "tendons"), "Tendon"),
+    **dict.fromkeys(("chamber", "chambers"), "Chamber"),
+    **dict.fromkeys(("motor", "motors"), "Motor"),
+}
 
 #: Arguments that can replace each other.
 TWO_OF_ONE = {"poisson_ratio": "shear_modulus", "shear_modulus": "poisson_ratio"}
@@ -256,10 +263,11 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
         done += 1
         part = path[done]
     if isinstance(part, int):
-        if not isinstance(thing, list | tuple) or part >= len(thing):
-            there = _entries(thing) if isinstance(thing, list | tuple) else "no sequence"
+        places = _numbered(thing, path, done)
+        if places is None or part >= len(places):
+            there = "no sequence" if places is None else _entries(places)
             raise ValueError(f"{up_to(path, done + 1)}: the model has {there} at {up_to(path, done)}")
-        return _Inside(list(thing), part, tuple, done + 1)
+        return _Inside(list(thing), places[part], tuple, done + 1)
     if isinstance(thing, dict):
         if part not in thing:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
@@ -275,12 +283,21 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
     if arguments is None:
         raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
     known = set(arguments) | set(_parameters(maker))
-    name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
+    of_all = "actuators" if part in OF_KIND else PLURALS.get(part, f"{part}s")
+    name = next((name for name in (part, of_all) if name in known), None)
     if name is None:
         raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
     # For example Poisson's ratio, which is stored as a shear modulus.
     arguments.setdefault(name, getattr(thing, name, None))
     return _Inside(arguments, name, lambda parts: maker(**parts), done + 1)
+
+
+def _numbered(thing: Any, path: Sequence[Part], done: int) -> Sequence[int] | None:
+    """Where the entries of a sequence are that a number counts: those of one kind; None for other things."""
+    if not isinstance(thing, list | tuple):
+        return None
+    kind = OF_KIND.get(path[done - 1]) if done else None
+    return [i for i, one in enumerate(thing) if kind is None or type(one).__name__ == kind]
 
 
 def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:

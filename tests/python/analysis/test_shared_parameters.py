@@ -180,6 +180,42 @@ def test_sweeps_set_all():
         lissom.sweep(scene, {"link[*].joint.damping": values})
 
 
+def pulled(friction=(0.1, 0.1)):
+    """Two tendons, and a motor at the joint of the rod, which has no friction."""
+    where = ((0.0, 0.006), (0.0, -0.006))
+    tendons = [
+        lissom.Tendon(f"pull {i}", [lissom.Along(offset=offset)], tension=1.0 + i, friction=each)
+        for i, (offset, each) in enumerate(zip(where, friction, strict=True))
+    ]
+    segment = rod(count=1).segments[0]
+    arm = lissom.Link("arm", rod=[segment] * 2, joint=lissom.Revolute((0, 1, 0), stiffness=1.0, damping=0.01))
+    return lissom.Robot([arm], actuators=[lissom.Motor("arm", torque=0.1), *tendons])
+
+
+def test_actuators_of_one_kind_are_counted_by_themselves():
+    """As in scenes, where each kind has a list of its own."""
+    names = ["tendons[0].friction", "tendons[1].friction"]
+    each = lissom.sensitivity(pulled(), 0.1, names)
+    by_all = lissom.sensitivity(pulled(), 0.1, ["actuators[1].friction", "actuators[2].friction"])
+    np.testing.assert_array_equal(each.dq, by_all.dq)
+    for name in ("tendon[*].friction", "tendons[*].friction"):
+        both = lissom.sensitivity(pulled(), 0.1, [name])
+        np.testing.assert_allclose(both.dq[..., 0], each.dq.sum(axis=-1), rtol=1e-5, atol=1e-9)
+    found = lissom.sweep(pulled(), {"tendons[*].friction": [0.0, 0.2]}, t_end=0.1)
+    right = [lissom.simulate(pulled((each, each)), 0.1).q[-1] for each in (0.0, 0.2)]
+    np.testing.assert_array_equal(found.q, right)
+    by_torque = lissom.sensitivity(pulled(), 0.1, ["motors[0].torque"])
+    np.testing.assert_array_equal(by_torque.dq, lissom.sensitivity(pulled(), 0.1, ["actuators[0].torque"]).dq)
+    with pytest.raises(ValueError, match=r"tendons\[2\]: the model has 2 entries at tendons"):
+        lissom.sensitivity(pulled(), 0.1, ["tendons[2].friction"])
+    with pytest.raises(ValueError, match=r"chambers\[0\]: the model has 0 entries at chambers"):
+        lissom.sensitivity(pulled(), 0.1, ["chambers[*].pressure"])
+    with pytest.raises(ValueError, match="a second time, first as"):
+        lissom.sensitivity(pulled(), 0.1, ["tendons[*].friction", "actuators[2].friction"])
+    with pytest.raises(ValueError, match="values 0.1, 0.2, expected equal ones"):
+        lissom.sensitivity(pulled((0.1, 0.2)), 0.1, ["tendons[*].friction"])
+
+
 # Intervals.
 
 
