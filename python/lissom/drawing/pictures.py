@@ -22,7 +22,7 @@ from .._lissom import (
     StaticsResult,
 )
 from ..analysis.equilibria import EquilibriumSensitivityResult
-from ..analysis.fits import FitResult
+from ..analysis.fitted import FitResult, FittedData
 from ..analysis.quantiles import BAND, quantiles
 from ..analysis.sensitivities import SensitivityResult
 from ..common import disk

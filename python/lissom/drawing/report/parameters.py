@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._lissom import Robot
 from ...analysis.equilibria import EquilibriumSensitivityResult
-from ...analysis.fits import FitResult
+from ...analysis.fitted import FitResult, FittedData
 from ...analysis.sensitivities import SensitivityResult
 from ...results.datasets import coordinates
 from ...results.runs import Array
