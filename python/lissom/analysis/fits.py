@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from numbers import Real
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Robot, finite_array
+from .._lissom import AccuracyWarning, Robot, finite_array
 from ..common.arguments import number, whole
 from ..common.extras import missing
 from .fitted import FitResult, FittedData
@@ -59,8 +60,8 @@ def fit(
         Measured points: arc lengths of the last link, names of links (their tips), or pairs (link, arc
         length). The last tip by default.
     t0, q0, v0 : optional
-        Initial state, as for `simulate`; for equilibria `q0`, as for `statics`. A `RecordedMotion` may have its
-        own.
+        Initial state, as for `simulate`; for equilibria `q0`, as for `statics`. A `RecordedMotion` may have
+        its own.
     dt : float
         Step size of motions, seconds.
     noise : float, optional
@@ -125,8 +126,10 @@ def fit(
             f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
         )
     names = names_of(parameters)
-    is_function = callable(model) and not isinstance(model, Robot)
-    make = ArgumentsOfFunction(model) if is_function else NumbersOfModel(model)
+    if callable(model) and not isinstance(model, Robot):
+        make: NumbersOfModel | ArgumentsOfFunction = ArgumentsOfFunction(model)
+    else:
+        make = NumbersOfModel(model)
     bounds = _bounds(make, names, parameters)
     first = make.first(dict(zip(names, bounds[1].tolist(), strict=True)))
     _check(noise, confidence, max_runs, t0, dt)
@@ -136,7 +139,11 @@ def fit(
     size = sum(each.numbers.size for each in measured)
     if size < len(names):
         raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
-    return Search(make, measured, names, confidence, bounds, max_runs, starts).best_fit()
+    search = Search(make, measured, names, confidence, bounds, max_runs, starts)
+    found = search.best_fit()
+    for each in dict.fromkeys(search.unresolved):
+        warnings.warn(each, AccuracyWarning, stacklevel=2)
+    return found
 
 
 def _check(noise: Any, confidence: Any, max_runs: Any, t0: Any, dt: Any) -> None:
@@ -204,5 +211,9 @@ def _check_states(model: Robot, measured: Sequence[Measured], names: Sequence[st
                 f"parameters: got {name!r}, expected a single coordinate such as '{start['which']}[0]'"
             )
         if motions != 1:
-            why = f"there are {motions} motions, each with its own start" if motions else "equilibria have no start"
+            why = (
+                f"there are {motions} motions, each with its own start"
+                if motions
+                else "equilibria have no start"
+            )
             raise ValueError(f"parameters: got {name!r}, expected numbers of the model: {why}")

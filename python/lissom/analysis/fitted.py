@@ -49,7 +49,9 @@ class FittedData(ReadOnly):
     noise: float
 
     def __repr__(self) -> str:
-        return f"<FittedData: {self.kind}, {self.measured.size} numbers, misfit {self.misfit:.4g} {self.unit}>"
+        return (
+            f"<FittedData: {self.kind}, {self.measured.size} numbers, misfit {self.misfit:.4g} {self.unit}>"
+        )
 
     @property
     def unit(self) -> str:
@@ -187,7 +189,7 @@ class FitResult(ParameterResult):
 
     def _only(self, name: str) -> FittedData:
         if len(self.data) != 1:
-            raise ValueError(
+            raise AttributeError(
                 f"{name}: this fit has {len(self.data)} recordings, each with its own: data[0].{name} to "
                 f"data[{len(self.data) - 1}].{name}"
             )

@@ -51,7 +51,8 @@ class ArgumentsOfFunction:
     def __call__(self, values: Mapping[str, float]) -> Robot:
         """The model with these values, apart from initial states."""
         return robot(
-            self.build(**without_starts(values)), "model: expected a function that makes a Rod or a Robot, got"
+            self.build(**without_starts(values)),
+            "model: expected a function that makes a Rod or a Robot, got",
         )
 
     def first(self, values: Mapping[str, float]) -> Robot:

@@ -42,7 +42,7 @@ class Measured(Protocol):
     ) -> tuple[Array, Array]:
         """Predicted numbers and their derivatives with respect to the parameters, shape (size, p).
 
-        `wanted` are parameters of the model, and as text the names of initial states, whose values `starts` has.
+        `wanted` are parameters of the model, and as text the names of initial states; these are in `starts`.
         """
 
 
@@ -63,7 +63,7 @@ class OfMotion:
         self, model: Robot, wanted: Sequence[Any], starts: Mapping[str, float]
     ) -> tuple[Array, Array]:
         """See `Measured`."""
-        begin = {"q0": self.q0.copy(), "v0": self.v0.copy()}
+        begin: dict[str, Any] = {"q0": self.q0.copy(), "v0": self.v0.copy()}
         for name, value in starts.items():
             found = START.fullmatch(name)
             assert found is not None
@@ -164,6 +164,9 @@ def measured_of(model: Robot, data: Any, defaults: Defaults) -> list[Measured]:
     for name in ("u", "control_step"):
         if name in defaults.options:
             raise ValueError(f"{name}: expected None: each RecordedMotion has its own `{name}`")
+    is_both = len({isinstance(each, NaturalFrequencies) for each in read}) > 1
+    if is_both and defaults.noise is not None:
+        raise ValueError("noise: expected None: data in metres and in hertz have each a noise of their own")
     options = [defaults.options] * len(read)
     if len({isinstance(each, RecordedMotion) for each in read}) > 1:
         keywords("fit", defaults.options, dict.fromkeys((*OF_MOTIONS, *OF_STATICS)))
@@ -190,7 +193,9 @@ def _numbered(i: int, function: Any, *arguments: Any) -> Any:
         return function(*arguments)
     except (ValueError, TypeError) as error:
         words = str(error)
-        words = words.replace("data:", f"data[{i}]:", 1) if words.startswith("data:") else f"data[{i}].{words}"
+        words = (
+            words.replace("data:", f"data[{i}]:", 1) if words.startswith("data:") else f"data[{i}].{words}"
+        )
         raise (TypeError if isinstance(error, TypeError) else ValueError)(words) from None
 
 
@@ -252,13 +257,11 @@ def _one(model: Robot, data: Data, defaults: Defaults, options: Mapping[str, Any
         raise ValueError(f"data: the first time is {times[0]:g}, expected none before t0 = {defaults.t0:g}")
     if times[-1] == defaults.t0:
         raise ValueError(f"data: the only time is t0 = {defaults.t0}, expected some motion after it")
-    start = [
-        _state(own if own is not None else of_all, model.n, name)
-        for name, own, of_all in (("q0", data.q0, defaults.q0), ("v0", data.v0, defaults.v0))
-    ]
+    q0 = _state(defaults.q0 if data.q0 is None else data.q0, model.n, "q0")
+    v0 = _state(defaults.v0 if data.v0 is None else data.v0, model.n, "v0")
     own = {name: getattr(data, name) for name in ("u", "control_step") if getattr(data, name) is not None}
     given = {"t0": defaults.t0, "dt": defaults.dt, **options, **own}
-    return OfMotion(numbers, times, where, *start, given, noise)
+    return OfMotion(numbers, times, where, q0, v0, given, noise)
 
 
 def places_of(model: Robot, places: Sequence[Any] | None) -> Places:

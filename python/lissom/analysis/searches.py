@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import LissomError, Robot
+from .._lissom import AccuracyWarning, LissomError, Robot
 from .fitted import FitResult, FittedData
 from .makers import ArgumentsOfFunction, NumbersOfModel
 from .parameters import START
@@ -33,7 +34,7 @@ OFFSET = 1e-3
 #: The status of that, after those of SciPy's `least_squares`, and what they mean.
 SETTLED = 5
 MESSAGES = (
-    "Not converged: {runs} runs (max_runs) did not suffice; a better guess or more of them may.",
+    "Not converged: {runs} (max_runs) did not suffice; a better guess or more of them may.",
     f"Converged: the gradient of the cost is below gtol = {GTOL:g}.",
     f"Converged: the change of the cost is below ftol = {FTOL:g} of the cost.",
     f"Converged: the change of the parameters is below xtol = {XTOL:g} of them.",
@@ -98,6 +99,8 @@ class Search:
     failed: str = ""
     #: Sum of squares, scaled values, residuals and Jacobian of the best run.
     best: tuple[float, Array, Array, Array] | None = None
+    #: Warnings of unresolved vibrations in that run; those at trial values do not matter.
+    unresolved: list[str] = field(default_factory=list)
     #: Residuals and Jacobian of the last values: the solver asks for both in turn.
     _cached: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
 
@@ -127,9 +130,10 @@ class Search:
                 vars(error).pop("result", None)
             raise
         best = min(found, key=lambda each: each.square)
-        words = MESSAGES[min(max(best.status, 0), SETTLED)].format(runs=self.max_runs) + _of_starts(
-            found, best, self.starts
+        words = MESSAGES[min(max(best.status, 0), SETTLED)].format(
+            runs="1 run" if self.max_runs == 1 else f"{self.max_runs} runs"
         )
+        words += _of_starts(found, best, self.starts)
         try:
             return self._result(best, words, self._within_bounds)
         except KeyboardInterrupt as error:
@@ -199,7 +203,7 @@ class Search:
         self._cached.clear()
         values = dict(zip(self.names, (z * self._scale).tolist(), strict=True))
         try:
-            residual, derivatives = self._predicted(values)
+            (residual, derivatives), unresolved = _without_doubts(lambda: self._predicted(values))
         except (LissomError, ValueError) as error:
             if not self.runs:
                 # Errors in the call itself are raised at once.
@@ -212,7 +216,7 @@ class Search:
             found = residual, derivatives * self._scale
             square = float(residual @ residual)
             if self.best is None or square < self.best[0]:
-                self.best = square, z.copy(), *found
+                self.best, self.unresolved = (square, z.copy(), *found), unresolved
         self._cached[key] = found
         self.runs += 1
         return found
@@ -284,6 +288,11 @@ class Search:
         model = self.make(dict(zip(names, values.tolist(), strict=True)))
         data = self._data(model, found.residual, float(spread))
         message += self._doubts(found, data, freedom)
+        if not np.isfinite(spread):
+            message += (
+                " There are as many measured numbers as parameters, which leaves nothing to estimate the "
+                "noise and the intervals from: give `noise`."
+            )
         if undetermined:
             message += f" The data do not determine {', '.join(undetermined)}."
         if at_bounds:
@@ -292,6 +301,7 @@ class Search:
             message += refine(intervals, found, (quantile * spread) ** 2)
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
+        message += "".join(f" {each}" for each in dict.fromkeys(self.unresolved))
         if self.failures:
             message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
         return FitResult(
@@ -327,19 +337,39 @@ class Search:
         """Whether residuals are more than noise."""
         from scipy.special import chdtri
 
-        others = "" if self.starts > 1 else ", or other values fit better (`starts=10` searches from ten points)"
+        others = (
+            "" if self.starts > 1 else ", or other values fit better (`starts=10` searches from ten points)"
+        )
         if self._is_weighted and freedom and found.square > chdtri(freedom, BY_CHANCE):
             ratio = float(np.sqrt(found.square / freedom))
-            return f" The residuals are {ratio:.3g} times as large as the noise: the model leaves out something{others}."
+            return (
+                f" The residuals are {ratio:.3g} times as large as the noise: the model leaves out "
+                f"something{others}."
+            )
         for i, each in enumerate(data):
             extent = float(np.sqrt(np.mean((each.measured - each.measured.mean(axis=0)) ** 2)))
             if each.correlation > ALIKE and each.misfit > NOTABLE * extent:
                 which = f" of data[{i}]" if len(data) > 1 else ""
                 return (
-                    f" Most of the residuals{which} ({each.misfit:.3g} {each.unit}) is not noise, as neighbours "
-                    f"have a correlation of {each.correlation:.2f}: the model leaves out something{others}."
+                    f" Most of the residuals{which} ({each.misfit:.3g} {each.unit}) are not noise: "
+                    f"neighbours have a correlation of {each.correlation:.2f}. The model leaves out "
+                    f"something{others}."
                 )
         return ""
+
+
+T = TypeVar("T")
+
+
+def _without_doubts(function: Callable[[], T]) -> tuple[T, list[str]]:
+    """The result of a function, and its warnings of accuracy in place of issuing them; others are issued."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = function()
+    for each in caught:
+        if not issubclass(each.category, AccuracyWarning):
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+    return result, [str(each.message) for each in caught if issubclass(each.category, AccuracyWarning)]
 
 
 def _of_starts(found: Sequence[_Found], best: _Found, starts: int) -> str:
@@ -390,6 +420,9 @@ def _covariance(
     is_free = silent | (np.abs(rows[~is_known]) > PART).any(axis=0)
     inverse = rows[is_known].T / singular[is_known]
     factor = inverse * (scale / lengths)[:, None]
+    if not np.isfinite(spread):
+        # As many numbers as parameters, of unknown noise.
+        return np.where(np.eye(len(scale)) > 0.0, np.inf, np.nan), ()
     covariance = np.asarray(spread**2 * factor @ factor.T)
     covariance[is_free, :] = np.nan
     covariance[:, is_free] = np.nan

@@ -296,7 +296,7 @@ def _numbered(thing: Any, path: Sequence[Part], done: int) -> Sequence[int] | No
     """Where the entries of a sequence are that a number counts: those of one kind; None for other things."""
     if not isinstance(thing, list | tuple):
         return None
-    kind = OF_KIND.get(path[done - 1]) if done else None
+    kind = OF_KIND.get(str(path[done - 1])) if done else None
     return [i for i, one in enumerate(thing) if kind is None or type(one).__name__ == kind]
 
 

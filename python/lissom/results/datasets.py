@@ -257,7 +257,7 @@ def _of_fit(result: FitResult, model: Model | None) -> xarray.Dataset:
 
 
 def _with_recording(data: xarray.Dataset, each: FittedData, number: str) -> xarray.Dataset:
-    """A recording of a fit; the names of its variables and dimensions end with its number if there are several."""
+    """A recording of a fit; if there are several, names of variables and dimensions end with its number."""
     time, place, shape, mode = (f"{name}{number}" for name in ("time", "place", "shape", "mode"))
     if each.t is not None:
         of_time = {"units": "s", "long_name": "time", "axis": "T"}

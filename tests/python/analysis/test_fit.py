@@ -217,7 +217,7 @@ REFUSED = {
     "v0: expected None: equilibria have no velocities": lambda: lissom.fit(
         straight(), lissom.StaticShapes([[0, 0, 0]]), {"gravity[2]": 0.0}, v0=[0] * 4
     ),
-    "data[0]: got int, expected a pair (t, positions), RecordedMotion, StaticShapes or NaturalFrequencies": lambda: lissom.fit(
+    "data[0]: got int, expected a pair (t, positions), RecordedMotion, StaticShapes": lambda: lissom.fit(
         straight(), [1, 2], {"gravity[2]": 0.0}
     ),
     "expected different ones": lambda: lissom.fit(
