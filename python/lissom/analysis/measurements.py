@@ -11,9 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import finite_array
-from ..common.arguments import number
+from ..common.arguments import number, sequence
 
 Array = NDArray[np.float64]
+
+#: What places are.
+OF_PLACES = "arc lengths, links or pairs of them"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +59,7 @@ class RecordedMotion:
     noise: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
-        try:
-            times, positions = (np.asarray(part, float) for part in (self.t, self.positions))
-        except (TypeError, ValueError, OverflowError) as error:
-            raise TypeError(f"t, positions: expected arrays of numbers: {error}") from None
+        times, positions = _array("t", self.t), _array("positions", self.positions)
         if times.ndim != 1 or not len(times):
             raise ValueError(f"t: got shape {times.shape}, expected (k,) with at least one time")
         count = len(times)
@@ -80,6 +80,9 @@ class RecordedMotion:
             given = getattr(self, name)
             if given is not None:
                 _set(self, **{name: finite_array(given, name)})
+        if self.control_step is not None and not 0.0 < number("control_step", self.control_step) < np.inf:
+            raise ValueError(f"control_step: got {self.control_step!r}, expected a number of seconds > 0")
+        _check_places(self.places)
         check_noise(self.noise, "metres")
 
 
@@ -124,6 +127,7 @@ class StaticShapes:
                     f"u: got shape {u.shape}, expected ({len(positions)}, m): inputs of every shape"
                 )
             _set(self, u=u)
+        _check_places(self.places)
         check_noise(self.noise, "metres")
 
 
@@ -169,6 +173,20 @@ def check_noise(noise: Any, unit: str) -> None:
     """Raise ValueError unless a standard deviation is None or positive."""
     if noise is not None and not 0.0 < number("noise", noise) < np.inf:
         raise ValueError(f"noise: got {noise!r}, expected a number > 0 in {unit}")
+
+
+def _check_places(places: Any) -> None:
+    """Raise TypeError unless places are a sequence; which there are, the model says."""
+    if places is not None:
+        sequence("places", places, OF_PLACES)
+
+
+def _array(name: str, values: Any) -> Array:
+    """An array of numbers, which need not be finite yet."""
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError(f"{name}: expected an array of numbers: {error}") from None
 
 
 def _set(thing: Any, **values: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._lissom import Robot, finite_array
 from ..common.arguments import keywords, number, sequence
 from .equilibria import OF_STATICS, differentiated, equilibrium_sensitivity, numbers_of
-from .measurements import NaturalFrequencies, RecordedMotion, StaticShapes
+from .measurements import OF_PLACES, NaturalFrequencies, RecordedMotion, StaticShapes
 from .parameters import START
 from .sensitivities import OF_SCHEME, OF_STEPS, sensitivity
 
@@ -269,10 +269,8 @@ def places_of(model: Robot, places: Sequence[Any] | None) -> Places:
     last = model.links[-1].name
     if places is None:
         return [(last, None)]
-    if not sequence("places", places, "arc lengths, links or pairs of them"):
-        raise ValueError(
-            f"places: got {places!r}, expected a sequence of arc lengths, links or pairs of them"
-        )
+    if not sequence("places", places, OF_PLACES):
+        raise ValueError(f"places: got {places!r}, expected a sequence of {OF_PLACES}")
     found: list[tuple[str, float | None]] = []
     for place in places:
         match place:
@@ -293,8 +291,3 @@ def _state(state: ArrayLike | None, n: int, name: str) -> Array:
     if found.shape != (n,):
         raise ValueError(f"{name}: got shape {found.shape}, expected ({n},)")
     return found
-
-
-def motions_of(measured: Iterable[Measured]) -> list[OfMotion]:
-    """The motions among measured data."""
-    return [each for each in measured if isinstance(each, OfMotion)]

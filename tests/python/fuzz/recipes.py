@@ -868,8 +868,8 @@ RECIPES |= {
 #: Classes that only functions create, and exceptions: calling them must raise, or create an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult FittedData JacobianCheck SensitivityResult
-EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResult OdeSolver Overlap
+CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult FittedData JacobianCheck
+SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResult OdeSolver Overlap
 ReachResult RootResult Scene SceneError SceneProblem Section SimulationSettings StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
