@@ -100,6 +100,8 @@ if TYPE_CHECKING:
     from .analysis.fits import fit as fit
     from .analysis.linear import LinearModel as LinearModel
     from .analysis.linear import linearise as linearise
+    from .analysis.many import EquilibriaResult as EquilibriaResult
+    from .analysis.many import statics_many as statics_many
     from .analysis.measurements import NaturalFrequencies as NaturalFrequencies
     from .analysis.measurements import RecordedMotion as RecordedMotion
     from .analysis.measurements import StaticShapes as StaticShapes
@@ -137,6 +139,7 @@ else:
         "analysis.equilibria": "EquilibriumSensitivityResult equilibrium_sensitivity",
         "analysis.fits": "FitResult FittedData fit",
         "analysis.linear": "LinearModel linearise",
+        "analysis.many": "EquilibriaResult statics_many",
         "analysis.measurements": "NaturalFrequencies RecordedMotion StaticShapes",
         "analysis.sensitivities": "SensitivityResult sensitivity",
         "analysis.sweeps": "sweep",

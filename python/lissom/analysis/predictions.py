@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import Robot, finite_array
 from ..common.arguments import keywords, number, sequence
+from ..methods import shorthand
 from .equilibria import OF_STATICS, differentiated, equilibrium_sensitivity, numbers_of
 from .measurements import OF_PLACES, NaturalFrequencies, RecordedMotion, StaticShapes
 from .parameters import START
@@ -25,6 +26,9 @@ Data = RecordedMotion | StaticShapes | NaturalFrequencies
 
 #: Options of motions beside those of equilibria.
 OF_MOTIONS = ("method", *OF_SCHEME, *OF_STEPS)
+
+#: Keywords of `fit` itself.
+OF_FIT = ("places", "t0", "q0", "v0", "dt", "noise", "confidence", "max_runs", "starts")
 
 EXPECTED = "a pair (t, positions), RecordedMotion, StaticShapes or NaturalFrequencies"
 
@@ -72,6 +76,17 @@ class OfMotion:
         at = [run.position(X, link=link, t=self.times) for link, X in self.places]
         positions, derivatives = (np.stack(part, 1) for part in zip(*at, strict=True))
         return positions, derivatives.reshape(self.numbers.size, len(wanted))
+
+    def with_half_steps(self) -> OfMotion | None:
+        """The same with steps half as long; None if the method chooses them."""
+        if shorthand(self.options.get("method"), {})[0] == "radau":
+            return None
+        dt = self.options["dt"]
+        options = {**self.options, "dt": 0.5 * dt}
+        if np.ndim(options.get("u", 0.0)) == 2:
+            # Rows of inputs are held for a step unless something else is said.
+            options.setdefault("control_step", dt)
+        return replace(self, options=options)
 
 
 @dataclass
@@ -159,7 +174,13 @@ def measured_of(model: Robot, data: Any, defaults: Defaults) -> list[Measured]:
     Raises ValueError and TypeError for what is invalid, with the number of the data if there are several.
     """
     if not isinstance(data, list) or not data:
-        return [_one(model, _without_places([_read(data)], defaults)[0], defaults, defaults.options)]
+        (one,) = _without_places([_read(data)], defaults)
+        is_motion = isinstance(one, RecordedMotion)
+        if not is_motion and "u" in defaults.options:
+            raise ValueError(f"u: expected None: {type(one).__name__} has inputs of its own")
+        known = ("u", "control_step", *OF_MOTIONS) if is_motion else OF_STATICS
+        keywords("fit", defaults.options, (*OF_FIT, *known))
+        return [_one(model, one, defaults, defaults.options)]
     read = _without_places([_numbered(i, _read, each) for i, each in enumerate(data)], defaults)
     for name in ("u", "control_step"):
         if name in defaults.options:
@@ -168,8 +189,10 @@ def measured_of(model: Robot, data: Any, defaults: Defaults) -> list[Measured]:
     if is_both and defaults.noise is not None:
         raise ValueError("noise: expected None: data in metres and in hertz have each a noise of their own")
     options = [defaults.options] * len(read)
-    if len({isinstance(each, RecordedMotion) for each in read}) > 1:
-        keywords("fit", defaults.options, dict.fromkeys((*OF_MOTIONS, *OF_STATICS)))
+    motions = {isinstance(each, RecordedMotion) for each in read}
+    of_all = [name for one in motions for name in (OF_MOTIONS if one else OF_STATICS)]
+    keywords("fit", defaults.options, dict.fromkeys((*OF_FIT, *of_all)))
+    if len(motions) > 1:
         of_equilibria = [name for name in OF_STATICS if name not in OF_MOTIONS]
         options = [
             {

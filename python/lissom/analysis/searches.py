@@ -53,6 +53,12 @@ SAME = 1e-3
 #: errors of the time steps below it are expected.
 ALIKE, NOTABLE = 0.5, 0.01
 
+#: Errors of the time steps are told that move a value by more than this part of its interval's half width.
+OF_STEPS = 0.25
+
+#: Measured positions that are farther off than this multiple of the robot's length are in other units.
+FAR = 10.0
+
 #: With this probability residuals that are noise alone are taken for more, if the noise is known.
 BY_CHANCE = 1e-3
 
@@ -176,7 +182,8 @@ class Search:
             residual, found = self._evaluated(z)
             if _is_settled(z, residual, found, *limits):
                 raise _Settled(z)
-            return found
+            # What nothing depends on stays at its guess: rounding would send it to a bound.
+            return np.where(_is_silent(found), 0.0, found)
 
         try:
             solved = least_squares(
@@ -221,13 +228,15 @@ class Search:
         self.runs += 1
         return found
 
-    def _predicted(self, values: Mapping[str, float]) -> tuple[Array, Array]:
+    def _predicted(
+        self, values: Mapping[str, float], measured: Sequence[Measured] | None = None
+    ) -> tuple[Array, Array]:
         """Residuals, relative to their noise if it is known, and derivatives by the parameters."""
         model = self.make(values)
         wanted = self.make.wanted(model, values)
         starts = {name: value for name, value in values.items() if START.fullmatch(name)}
         residuals, derivatives = [], []
-        for each in self.measured:
+        for each in self.measured if measured is None else measured:
             predicted, derivative = each.predicted(model, wanted, starts)
             weight = self._weight(each)
             residuals.append((predicted - each.numbers).ravel() * weight)
@@ -287,7 +296,7 @@ class Search:
         at_bounds = tuple(name for name, is_there in zip(names, found.active, strict=True) if is_there)
         model = self.make(dict(zip(names, values.tolist(), strict=True)))
         data = self._data(model, found.residual, float(spread))
-        message += self._doubts(found, data, freedom)
+        message += self._doubts(model, found, data, freedom)
         if not np.isfinite(spread):
             message += (
                 " There are as many measured numbers as parameters, which leaves nothing to estimate the "
@@ -298,6 +307,7 @@ class Search:
         if at_bounds:
             message += f" At a bound: {', '.join(at_bounds)}; the intervals end there."
         if refine is not None:
+            message += self._of_steps(found, 0.5 * (intervals[:, 1] - intervals[:, 0]))
             message += refine(intervals, found, (quantile * spread) ** 2)
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
@@ -319,6 +329,32 @@ class Search:
             confidence=self.confidence,
         )
 
+    def _of_steps(self, found: _Found, widths: Array) -> str:
+        """Whether errors of the time steps count beside the uncertainty, by a run with steps half as long."""
+        halved = [each.with_half_steps() if isinstance(each, OfMotion) else None for each in self.measured]
+        finer = [each if half is None else half for each, half in zip(self.measured, halved, strict=True)]
+        if not any(halved) or not np.isfinite(found.residual).all():
+            return ""
+        values = dict(zip(self.names, (found.z * self._scale).tolist(), strict=True))
+        try:
+            (residual, _), _ = _without_doubts(lambda: self._predicted(values, finer))
+        except (LissomError, ValueError):
+            return ""
+        # The errors of second order are four thirds of their change, and move the values to first order.
+        change = np.linalg.lstsq(found.jacobian, 4.0 / 3.0 * (found.residual - residual), rcond=RANK)[0]
+        moved = np.abs(change * self._scale)
+        parts = np.where(
+            (widths > 0.0) & np.isfinite(widths), moved / np.where(widths > 0.0, widths, 1.0), 0.0
+        )
+        worst = int(np.argmax(parts))
+        if parts[worst] <= OF_STEPS:
+            return ""
+        shorter = np.ceil(np.sqrt(parts[worst] / OF_STEPS))
+        return (
+            f" The time steps move {self.names[worst]} by about {moved[worst]:.2g}, {parts[worst]:.2g} times "
+            f"the half width of its interval: take steps that are {shorter:g} times as short."
+        )
+
     def _data(self, model: Robot, residual: Array, spread: float) -> tuple[FittedData, ...]:
         """The data with their residuals in their own units."""
         return tuple(
@@ -333,8 +369,8 @@ class Search:
             for each, part in zip(self.measured, np.split(residual, self._ends), strict=True)
         )
 
-    def _doubts(self, found: _Found, data: Sequence[FittedData], freedom: int) -> str:
-        """Whether residuals are more than noise."""
+    def _doubts(self, model: Robot, found: _Found, data: Sequence[FittedData], freedom: int) -> str:
+        """Whether residuals are more than noise, or data not in metres."""
         from scipy.special import chdtri
 
         others = (
@@ -346,7 +382,13 @@ class Search:
                 f" The residuals are {ratio:.3g} times as large as the noise: the model leaves out "
                 f"something{others}."
             )
+        length = sum(segment.length for link in model.links for segment in link.rod or ())
         for i, each in enumerate(data):
+            if each.places and each.misfit > FAR * length > 0.0:
+                return (
+                    f" The measured positions are {each.misfit:.3g} m off, the robot is {length:.3g} m long: "
+                    "are they in metres?"
+                )
             extent = float(np.sqrt(np.mean((each.measured - each.measured.mean(axis=0)) ** 2)))
             if each.correlation > ALIKE and each.misfit > NOTABLE * extent:
                 which = f" of data[{i}]" if len(data) > 1 else ""
@@ -408,12 +450,17 @@ def _names_of(model: Robot, measured: Measured) -> tuple[str, ...]:
     return tuple(f"{link}, {lengths[link] if X is None else X:g} m" for link, X in measured.places)
 
 
+def _is_silent(jacobian: Array) -> NDArray[np.bool_]:
+    """The parameters on which the data do not depend, but for rounding."""
+    lengths = np.linalg.norm(jacobian, axis=0)
+    return np.asarray(lengths <= RANK * lengths.max())
+
+
 def _covariance(
     jacobian: Array, scale: Array, spread: float, names: Sequence[str]
 ) -> tuple[Array, tuple[str, ...]]:
     """Covariance of the parameters, and the parameters that the data do not determine."""
-    lengths = np.linalg.norm(jacobian, axis=0)
-    silent = lengths <= RANK * lengths.max()
+    lengths, silent = np.linalg.norm(jacobian, axis=0), _is_silent(jacobian)
     lengths[silent] = 1.0
     _, singular, rows = np.linalg.svd(jacobian / lengths, full_matrices=False)
     is_known = singular > RANK * singular[0]

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -244,3 +245,63 @@ def test_steps_that_are_chosen_do_not_hinder_convergence(monkeypatch):
     assert found.runs <= 8
     monkeypatch.setattr(searches, "OFFSET", 0.0)
     assert lissom.fit(driven(), data, guess, method="radau", rtol=1e-4).runs > found.runs
+
+
+def test_errors_of_the_time_steps_are_told():
+    """Against fits with steps so short that they do not count."""
+    data = of_sine()
+    guess = {YOUNG: (1e5, 2e5, 1e6), DAMPING: (1e-3, 0.01, 0.5)}
+    coarse = lissom.fit(driven(), data, guess, dt=0.02)
+    fine = lissom.fit(driven(), data, guess, dt=2.5e-3)
+    assert "The time steps move" not in fine.message
+    said = re.search(r"The time steps move (\S+) by about (\S+), (\S+) times the half width", coarse.message)
+    assert said is not None
+    which = coarse.names.index(said[1])
+    moved = abs(coarse.values[which] - fine.values[which])
+    assert float(said[2]) == pytest.approx(moved, rel=0.3)
+    half = 0.5 * np.ptp(coarse.intervals[which])
+    assert float(said[3]) == pytest.approx(moved / half, rel=0.3)
+    # Steps that are chosen have no size to halve.
+    assert "The time steps" not in lissom.fit(driven(), data, guess, method="radau").message
+
+
+def test_inputs_of_each_step_keep_their_times_when_steps_are_halved():
+    u = np.abs(np.sin(0.9 * np.arange(50.0)))[:, None]
+    rows = iter(u)
+    run = lissom.simulate(arm(), 0.5, control=lambda t, q, v: next(rows), control_step=0.01)
+    found = lissom.fit(arm(), (run.t[1:], tips(run.q[1:], 1e-2)), {YOUNG: (1e5, 2e5, 1e6)}, u=u)
+    assert "The time steps" not in found.message
+    assert found.noise < 1.2e-2
+
+
+def test_what_nothing_depends_on_stays_at_its_guess():
+    found = lissom.fit(arm(), shapes(1e-4), {YOUNG: (1e5, 4e5, 1e6), DAMPING: (1e-3, 0.03, 0.5)})
+    assert found.undetermined == (DAMPING,)
+    assert found.values[1] == 0.03
+    np.testing.assert_array_equal(found.intervals[1], [1e-3, 0.5])
+
+
+def test_data_in_millimetres_are_told():
+    data = lissom.StaticShapes(1e3 * np.asarray(shapes().positions), u=shapes().u)
+    found = lissom.fit(arm(), data, {YOUNG: (1e5, 4e5, 1e6)})
+    assert "are they in metres?" in found.message
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: lissom.fit(arm(), motion(PULLS), {YOUNG: 3e5}, control_stp=0.1),
+            r"fit\(\) got an unexpected keyword argument 'control_stp', .*; did you mean 'control_step'",
+        ),
+        (
+            lambda: lissom.fit(arm(), shapes(), {YOUNG: 3e5}, max_run=3),
+            r"fit\(\) got .*'max_run', .*; did you mean 'max_runs'",
+        ),
+    ],
+)
+def test_keywords_are_those_of_fit(call, message):
+    with pytest.raises(TypeError, match=message):
+        call()
+    with pytest.raises(ValueError, match="u: expected None: StaticShapes has inputs of its own"):
+        lissom.fit(arm(), shapes(), {YOUNG: 3e5}, u=[[0.0]])

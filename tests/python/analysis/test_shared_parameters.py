@@ -216,6 +216,47 @@ def test_actuators_of_one_kind_are_counted_by_themselves():
         lissom.sensitivity(pulled((0.1, 0.2)), 0.1, ["tendons[*].friction"])
 
 
+def tree():
+    """A rigid link between two rods of their own materials."""
+    segment = rod(count=1).segments[0]
+    joint = {"joint": lissom.Revolute((0, 1, 0), stiffness=1.0, damping=0.01)}
+    links = [
+        lissom.Link("lower", rod=[segment] * 2),
+        lissom.Link("plate", body=lissom.Body(0.1, inertia=(1e-4, 1e-4, 1e-4)), parent="lower", **joint),
+        lissom.Link("upper", rod=[segment], parent="plate", **joint),
+    ]
+    return lissom.Robot(links)
+
+
+def test_links_are_named_by_their_names():
+    names = ["links[upper].joint.stiffness", "links[lower].rod.segments[*].young_modulus"]
+    found = lissom.sensitivity(tree(), 0.05, names)
+    right = ["links[2].joint.stiffness", "links[0].rod.segments[*].young_modulus"]
+    np.testing.assert_array_equal(found.dq, lissom.sensitivity(tree(), 0.05, right).dq)
+    with pytest.raises(
+        ValueError, match=r"number of one, such as 'links\[0\].uper', or the name of one, such as"
+    ):
+        lissom.sensitivity(tree(), 0.05, ["links[uper].joint.stiffness"])
+    with pytest.raises(ValueError, match="a second time, first as"):
+        lissom.sensitivity(tree(), 0.05, ["links[upper].joint.stiffness", "links[2].joint.stiffness"])
+    scene = tree().to_scene(t_end=0.05)
+    values = [1.0, 2.0]
+    by_name = lissom.sweep(scene, {"link[upper].joint.stiffness": values})
+    np.testing.assert_array_equal(by_name.q, lissom.sweep(scene, {"link[2].joint.stiffness": values}).q)
+    for path in ("[upper].joint", "links[].joint", "links[a[0]].joint"):
+        with pytest.raises(ValueError, match="expected a path of keys"):
+            lissom.sensitivity(tree(), 0.05, [path])
+
+
+def test_stars_leave_out_links_without_rods():
+    every = lissom.sensitivity(tree(), 0.05, ["links[*].rod.segments[*].young_modulus"]).dq
+    each = [f"links[{i}].rod.segments[*].young_modulus" for i in (0, 2)]
+    summed = lissom.sensitivity(tree(), 0.05, each).dq.sum(axis=-1)
+    np.testing.assert_allclose(every[..., 0], summed, rtol=1e-6, atol=1e-9 * np.abs(summed).max())
+    with pytest.raises(ValueError, match=r"expected 'links\[\*\]\.rod\.segments\[0\]\.young_modulus'"):
+        lissom.sensitivity(tree(), 0.05, ["segments[*].young_modulus"])
+
+
 # Intervals.
 
 
@@ -480,7 +521,9 @@ def test_what_happens_in_profiles_is_told(kind, monkeypatch):
 def test_messages_are_in_words():
     data = measured(rod(), 1e-3)
     found = lissom.fit(rod(), data, SHARED)
-    assert found.message == "Converged: the values are within 0.001 of their uncertainty from the best ones."
+    assert found.message.startswith(
+        "Converged: the values are within 0.001 of their uncertainty from the best ones."
+    )
     found = lissom.fit(rod(), measured(rod()), SHARED)
     assert found.message.startswith("Converged: the ")
     found = lissom.fit(rod(), data, SHARED, max_runs=1)

@@ -726,6 +726,10 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
         {"model": "v.antagonists()", "q0": _a(0.0, 0.0), "method": "'newton'", "u": _a(1.0, 0.5)},
     ],
+    "statics_many": [
+        {"model": _MODEL, "q0": "[[0.0, 0.1], [0.0, 0.0]]", "t": "0.0", "follow": "True", "tol": "1e-8"},
+        {"model": "v.antagonists()", "u": "[[1.0, 0.5]]", "workers": "2", "method": "'newton'"},
+    ],
     **{f"gym.{name}": {} for name in ("Balance", "Reach", "Swim", "Task")},
     "gym.RobotEnv": {"task": "'balance'", "randomise": "lambda random: 1", "render_mode": "'rgb_array'"},
     "gym.RobotEnv.reset": {"self": _ONE, "seed": "1", "options": "{}"},
@@ -868,9 +872,10 @@ RECIPES |= {
 #: Classes that only functions create, and exceptions: calling them must raise, or create an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult FittedData JacobianCheck
-SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResult OdeSolver Overlap
-ReachResult RootResult Scene SceneError SceneProblem Section SimulationSettings StaticsResult Statistics
+CriticalPoint DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult FittedData
+JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult
+OdeResult OdeSolver Overlap ReachResult RootResult Scene SceneError SceneProblem Section
+SimulationSettings StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
 #: Replacements for the braces.
