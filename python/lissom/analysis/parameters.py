@@ -27,7 +27,7 @@ START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
 
 #: The name of an entry in brackets.
-NAMED = re.compile(r"\[[^\]\d*]")
+NAMED = re.compile(r"\[[^\W\d]")
 
 #: Path components of effects that act in some states only.
 ONE_SIDED = frozenset(("contact", "contacts", "limits", "limit_stiffness", "limit_dissipation"))

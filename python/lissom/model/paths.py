@@ -10,6 +10,8 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
+from .._lissom import meant as like
+
 Part = str | int
 
 #: In place of an index: all entries of a list, which share a value.
@@ -17,7 +19,7 @@ EVERY = "*"
 
 #: A name, bare or in quotes, or in brackets an index, a star or the name of an entry.
 PART = re.compile(
-    r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+|\*)\]|\[(?P<entry>[^\[\]"*]*[^\[\]"*\d][^\[\]"*]*)\]'
+    r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+|\*)\]|\[(?P<entry>[^\W\d][^\[\]"*]*)\]'
 )
 
 
@@ -58,7 +60,7 @@ def _no_path(path: str) -> ValueError:
 def meant(name: str, known: Iterable[str]) -> str:
     """Advice in place of an unknown name."""
     names = sorted(known)
-    close = next(iter(difflib.get_close_matches(name, names, 1, 0.5)), None)
+    close = like(name, names) or next(iter(difflib.get_close_matches(name, names, 1, 0.5)), None)
     listed = ", ".join(f"'{other}'" for other in names)
     return f"expected one of {listed}" + (f"; did you mean '{close}'?" if close else "")
 
