@@ -96,10 +96,14 @@ if TYPE_CHECKING:
     from .analysis.equilibria import EquilibriumSensitivityResult as EquilibriumSensitivityResult
     from .analysis.equilibria import equilibrium_sensitivity as equilibrium_sensitivity
     from .analysis.fits import FitResult as FitResult
+    from .analysis.fits import FittedData as FittedData
     from .analysis.fits import fit as fit
     from .analysis.linear import LinearModel as LinearModel
     from .analysis.linear import linearise as linearise
+    from .analysis.many import EquilibriaResult as EquilibriaResult
+    from .analysis.many import statics_many as statics_many
     from .analysis.measurements import NaturalFrequencies as NaturalFrequencies
+    from .analysis.measurements import RecordedMotion as RecordedMotion
     from .analysis.measurements import StaticShapes as StaticShapes
     from .analysis.sensitivities import SensitivityResult as SensitivityResult
     from .analysis.sensitivities import sensitivity as sensitivity
@@ -133,9 +137,10 @@ else:
         """,
         "analysis.contact_events": "ContactEvent",
         "analysis.equilibria": "EquilibriumSensitivityResult equilibrium_sensitivity",
-        "analysis.fits": "FitResult fit",
+        "analysis.fits": "FitResult FittedData fit",
         "analysis.linear": "LinearModel linearise",
-        "analysis.measurements": "NaturalFrequencies StaticShapes",
+        "analysis.many": "EquilibriaResult statics_many",
+        "analysis.measurements": "NaturalFrequencies RecordedMotion StaticShapes",
         "analysis.sensitivities": "SensitivityResult sensitivity",
         "analysis.sweeps": "sweep",
         "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch",

@@ -112,6 +112,8 @@ pub mod _lissom {
     };
     #[pymodule_export]
     use super::stepping::{PySimulation, PySimulations};
+    #[pymodule_export]
+    use super::words::meant_in_python;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

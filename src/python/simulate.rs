@@ -15,9 +15,9 @@ use super::ode::options::tolerance;
 use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
-use crate::description::schema::{Data, Kind, Reader, Value};
+use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
 use crate::error::{Interrupted, InvalidInput};
-use crate::integrators::newmark::{ATOL, Impacts, Parameters, Predictor, RTOL};
+use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{Auto, Configuration, Dop853, Integration, Jacobian, Newmark, Radau, Rk45};
@@ -324,7 +324,7 @@ impl GivenOptions<'_, '_> {
 
     /// The method of this name with the options that are given beside it.
     fn named(&self, name: &str) -> PyResult<Integration> {
-        let is_newmark = !["auto", "radau", "rk45", "dop853"].contains(&name);
+        let is_newmark = !OTHERS.contains(&name);
         if !is_newmark {
             refuse(self.options_of_newmark(), name)?;
         }
@@ -342,8 +342,9 @@ impl GivenOptions<'_, '_> {
             "rk45" => Rk45 { rtol, atol, max_step, min_step, max_steps }.into(),
             "dop853" => Dop853 { rtol, atol, max_step, min_step, max_steps }.into(),
             _ => {
-                let Parameters { beta, gamma, alpha, rho_inf } =
-                    Parameters::by_name(name, &self.parameters).map_err(name_all_methods).or_raise()?;
+                let Parameters { beta, gamma, alpha, rho_inf } = Parameters::by_name(name, &self.parameters)
+                    .map_err(|error| name_all_methods(error, name))
+                    .or_raise()?;
                 Newmark {
                     rho_inf,
                     alpha,
@@ -569,11 +570,17 @@ pub(super) fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
     found.ok_or_else(|| PyValueError::new_err(wrong()))
 }
 
-/// Lists all methods of this function in a message that lists only the Newmark family.
-fn name_all_methods(mut error: InvalidInput) -> InvalidInput {
+/// Methods of this function beside the Newmark family.
+const OTHERS: [&str; 4] = ["rk45", "dop853", "radau", "auto"];
+
+/// Lists all methods of this function in a message that lists only the Newmark family, and the one that may be meant.
+fn name_all_methods(mut error: InvalidInput, name: &str) -> InvalidInput {
     for problem in &mut error.problems {
         if problem.place == "method" {
-            problem.expected.push_str(", \"rk45\", \"dop853\", \"radau\", \"auto\"");
+            let meant = suggestion(name, METHODS.into_iter().chain(OTHERS));
+            let meant = meant.map(|meant| format!("; did you mean {meant:?}?")).unwrap_or_default();
+            problem.expected.extend(OTHERS.map(|other| format!(", {other:?}")));
+            problem.expected.push_str(&meant);
         }
     }
     error

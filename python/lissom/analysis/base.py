@@ -1,4 +1,4 @@
-"""Common base of results of parameters: read-only arrays, and the methods that `attached` defines."""
+"""Common bases of results of parameters: read-only arrays, and the methods that `attached` defines."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-class ParameterResult:
-    """Base of frozen dataclasses for results with one number per parameter."""
+class ReadOnly:
+    """Base of frozen dataclasses whose arrays are read-only, also in copies and from pickles."""
 
     def __post_init__(self) -> None:
         self._protect()
@@ -30,6 +30,10 @@ class ParameterResult:
         # Arrays from pickles and deep copies are writable.
         self.__dict__.update(state)
         self._protect()
+
+
+class ParameterResult(ReadOnly):
+    """Base of results with one number per parameter."""
 
     if TYPE_CHECKING:
 

@@ -2,22 +2,88 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from reprlib import repr
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Robot, finite_array
-from .equilibria import differentiated, equilibrium_sensitivity, numbers_of
-from .sensitivities import sensitivity
+from .._lissom import finite_array
+from ..common.arguments import number, sequence
 
 Array = NDArray[np.float64]
 
-#: Links and arc lengths of measured points.
-Places = Sequence[tuple[str, float | None]]
+#: What places are.
+OF_PLACES = "arc lengths, links or pairs of them"
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """Measured positions of points over time.
+
+    Parameters
+    ----------
+    t : array_like, shape (k,)
+        Increasing times, seconds, not before `t0` of `fit`.
+    positions : array_like, shape (k, 3) or (k, places, 3)
+        World positions of one or several points, metres.
+    u : array_like, shape (steps, inputs) or (inputs,), optional
+        Inputs of the motion, one row for each control step; by default the defaults of the inputs.
+    control_step : float, optional
+        For how long each row of `u` is held, seconds; by default the step `dt` of `fit`.
+    q0, v0 : array_like, shape (n,), optional
+        Initial state; by default that of `fit`.
+    places : sequence, optional
+        Measured points, as for `fit`; by default those of `fit`.
+    noise : float, optional
+        Standard deviation of the positions, metres.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is invalid.
+    """
+
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
+    t: ArrayLike
+    positions: ArrayLike
+    u: ArrayLike | None = None
+    control_step: float | None = None
+    q0: ArrayLike | None = field(default=None, kw_only=True)
+    v0: ArrayLike | None = field(default=None, kw_only=True)
+    places: Sequence[float | str | tuple[str, float]] | None = field(default=None, kw_only=True)
+    noise: float | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        times, positions = _array("t", self.t), _array("positions", self.positions)
+        if times.ndim != 1 or not len(times):
+            raise ValueError(f"t: got shape {times.shape}, expected (k,) with at least one time")
+        count = len(times)
+        if positions.ndim not in (2, 3) or positions.shape[-1] != 3 or len(positions) != count:
+            raise ValueError(
+                f"positions: got shape {positions.shape}, expected ({count}, 3) or ({count}, places, 3)"
+            )
+        for name, part in (("t", times), ("positions", positions)):
+            if not np.isfinite(part).all():
+                raise ValueError(
+                    f"{name}: got numbers that are not finite, expected finite ones (leave out what was not "
+                    "seen)"
+                )
+        if (np.diff(times) <= 0).any():
+            raise ValueError("t: got times that do not increase, expected each later than the one before")
+        _set(self, t=times, positions=positions)
+        for name in ("u", "q0", "v0"):
+            given = getattr(self, name)
+            if given is not None:
+                _set(self, **{name: finite_array(given, name)})
+        if self.control_step is not None and not 0.0 < number("control_step", self.control_step) < np.inf:
+            raise ValueError(f"control_step: got {self.control_step!r}, expected a number of seconds > 0")
+        _check_places(self.places)
+        check_noise(self.noise, "metres")
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +96,10 @@ class StaticShapes:
         World positions of one or several points in each of k equilibria, metres.
     u : array_like, shape (k, m), optional
         Inputs in each equilibrium; by default the defaults of the inputs.
+    places : sequence, optional
+        Measured points, as for `fit`; by default those of `fit`.
+    noise : float, optional
+        Standard deviation of the positions, metres.
 
     Raises
     ------
@@ -42,19 +112,23 @@ class StaticShapes:
 
     positions: ArrayLike
     u: ArrayLike | None = None
+    places: Sequence[float | str | tuple[str, float]] | None = field(default=None, kw_only=True)
+    noise: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         positions = finite_array(self.positions, "positions")
         if positions.ndim not in (2, 3) or positions.shape[-1] != 3 or not positions.size:
             raise ValueError(f"positions: got shape {positions.shape}, expected (k, 3) or (k, places, 3)")
-        object.__setattr__(self, "positions", positions)
+        _set(self, positions=positions)
         if self.u is not None:
             u = finite_array(self.u, "u")
             if u.ndim != 2 or len(u) != len(positions):
                 raise ValueError(
                     f"u: got shape {u.shape}, expected ({len(positions)}, m): inputs of every shape"
                 )
-            object.__setattr__(self, "u", u)
+            _set(self, u=u)
+        _check_places(self.places)
+        check_noise(self.noise, "metres")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +141,8 @@ class NaturalFrequencies:
         The lowest k natural frequencies in increasing order, hertz.
     u : array_like, shape (m,), optional
         Inputs; by default their defaults.
+    noise : float, optional
+        Standard deviation of the frequencies, hertz.
 
     Raises
     ------
@@ -79,6 +155,7 @@ class NaturalFrequencies:
 
     values: ArrayLike
     u: ArrayLike | None = None
+    noise: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         values = finite_array(self.values, "values")
@@ -86,92 +163,33 @@ class NaturalFrequencies:
             raise ValueError(f"values: got shape {values.shape}, expected (k,)")
         if values[0] <= 0 or (np.diff(values) <= 0).any():
             raise ValueError(f"values: got {repr(values.tolist())}, expected frequencies > 0 that increase")
-        object.__setattr__(self, "values", values)
+        _set(self, values=values)
         if self.u is not None:
-            object.__setattr__(self, "u", finite_array(self.u, "u"))
+            _set(self, u=finite_array(self.u, "u"))
+        check_noise(self.noise, "hertz")
 
 
-class Measured(Protocol):
-    """Measured numbers, and the model's prediction of them."""
-
-    #: The numbers, and their unit.
-    numbers: Array
-    unit: str
-
-    def predicted(
-        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
-    ) -> tuple[Array, Array]:
-        """Predicted numbers and their derivatives with respect to the parameters, shape (size, p)."""
+def check_noise(noise: Any, unit: str) -> None:
+    """Raise ValueError unless a standard deviation is None or positive."""
+    if noise is not None and not 0.0 < number("noise", noise) < np.inf:
+        raise ValueError(f"noise: got {noise!r}, expected a number > 0 in {unit}")
 
 
-@dataclass
-class OfMotion:
-    """Positions of places over time."""
-
-    numbers: Array
-    times: Array
-    places: Places
-    t0: float
-    dt: float
-    unit: str = "metres"
-
-    def predicted(
-        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
-    ) -> tuple[Array, Array]:
-        """See `Measured`."""
-        given: dict[str, Any] = {"t0": self.t0, "dt": self.dt, **start, **options}
-        run = sensitivity(model, self.times[-1], names, **given)
-        found = [run.position(X, link=link, t=self.times) for link, X in self.places]
-        positions, derivatives = (np.stack(part, 1) for part in zip(*found, strict=True))
-        return positions, derivatives.reshape(self.numbers.size, len(names))
+def _check_places(places: Any) -> None:
+    """Raise TypeError unless places are a sequence; which there are, the model says."""
+    if places is not None:
+        sequence("places", places, OF_PLACES)
 
 
-@dataclass
-class OfShapes:
-    """Positions of places in equilibria."""
-
-    numbers: Array
-    inputs: Sequence[Array | None]
-    places: Places
-    unit: str = "metres"
-    #: Equilibria of the previous model, used as starting points for the next one.
-    last: dict[int, Array] = field(default_factory=dict)
-
-    def predicted(
-        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
-    ) -> tuple[Array, Array]:
-        """See `Measured`."""
-        found = []
-        wanted = numbers_of(model, names)
-        for row, u in enumerate(self.inputs):
-            shape = differentiated(model, wanted, self.last.get(row, start.get("q0")), u=u, **options)
-            self.last[row] = shape.q
-            found += [shape.position(X, link=link) for link, X in self.places]
-        positions, derivatives = (np.array(part) for part in zip(*found, strict=True))
-        return positions.reshape(self.numbers.shape), derivatives.reshape(self.numbers.size, len(names))
+def _array(name: str, values: Any) -> Array:
+    """An array of numbers, which need not be finite yet."""
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TypeError(f"{name}: expected an array of numbers: {error}") from None
 
 
-@dataclass
-class OfFrequencies:
-    """Natural frequencies about an equilibrium."""
-
-    numbers: Array
-    inputs: Array | None
-    unit: str = "hertz"
-    last: Array | None = None
-
-    def predicted(
-        self, model: Robot, names: Sequence[str], start: Mapping[str, Array], options: Mapping[str, Any]
-    ) -> tuple[Array, Array]:
-        """See `Measured`."""
-        q0 = start.get("q0") if self.last is None else self.last
-        found = equilibrium_sensitivity(
-            model, names, q0, frequencies=len(self.numbers), u=self.inputs, **options
-        )
-        self.last = found.q
-        if np.isnan(found.dfrequencies).any():
-            raise ValueError(
-                f"data: the model has the frequencies {found.frequencies.round(6).tolist()} Hz, expected "
-                "different ones: equal ones, as of a round rod in two directions, cannot be told apart"
-            )
-        return found.frequencies, found.dfrequencies
+def _set(thing: Any, **values: Any) -> None:
+    """Set attributes of a frozen dataclass."""
+    for name, value in values.items():
+        object.__setattr__(thing, name, value)

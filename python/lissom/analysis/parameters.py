@@ -26,6 +26,9 @@ START = re.compile(r"(?P<which>q0|v0)(\[(?P<index>\d+)\])?")
 #: Inputs: all, those of one control step, or a single one.
 INPUT = re.compile(r"u(\[(?P<step>\d+)\](\[(?P<input>\d+)\])?)?")
 
+#: The name of an entry in brackets.
+NAMED = re.compile(r"\[[^\W\d]")
+
 #: Path components of effects that act in some states only.
 ONE_SIDED = frozenset(("contact", "contacts", "limits", "limit_stiffness", "limit_dissipation"))
 
@@ -187,7 +190,8 @@ def _number(value: Any, name: str) -> float:
 
 
 def _path(model: Model, name: str) -> list[paths.Part]:
-    return paths.of_model(paths.parts(name), is_rod(model))
+    path = paths.of_model(paths.parts(name), is_rod(model))
+    return paths.with_numbers(model, path) if NAMED.search(name) else path
 
 
 def names_of(names: object) -> list[Any]:

@@ -15,10 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 
-#: Least likeness of a name to the one that is suggested, from 0 to 1.
-CLOSE = 0.5
-
-
 def number(name: str, value: object) -> float:
     """A number as a float. Booleans, text and times are rejected, although Python converts some of them."""
     from .._lissom import as_number
@@ -62,14 +58,12 @@ def keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
     for name in given:
         if name in names:
             continue
-        import difflib
+        from .._lissom import meant
 
-        # As the compiled classes do: `orientation` may mean `base_orientation`.
-        longer = [other for other in names if other.endswith(f"_{name}")]
-        close = longer or difflib.get_close_matches(name, names, 1, CLOSE)
-        meant = f"; did you mean '{close[0]}'?" if close else ""
+        close = meant(name, names)
+        advice = f"; did you mean '{close}'?" if close else ""
         raise TypeError(
-            f"{function}() got an unexpected keyword argument {name!r}, expected {', '.join(names)}{meant}"
+            f"{function}() got an unexpected keyword argument {name!r}, expected {', '.join(names)}{advice}"
         )
 
 

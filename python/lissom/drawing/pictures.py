@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,7 @@ from .._lissom import (
     StaticsResult,
 )
 from ..analysis.equilibria import EquilibriumSensitivityResult
-from ..analysis.fits import FitResult
+from ..analysis.fitted import FitResult, FittedData
 from ..analysis.quantiles import BAND, quantiles
 from ..analysis.sensitivities import SensitivityResult
 from ..common import disk
@@ -249,23 +249,42 @@ def _bars(names: Sequence[str], of_each: dict[str, Array]) -> NDArray[Any]:
 
 def _of_fit(result: FitResult) -> NDArray[Any]:
     """Measured data as dots and the fitted model as lines, for each place; residuals below."""
-    fitted = result.measured + result.residuals
-    x: Array = np.arange(1.0, 1.0 + len(fitted)) if result.t is None else np.asarray(result.t)
-    below = "time (s)" if result.t is not None else "shape" if result.places else "mode"
-    places = result.places or ("",)
-    shown = [part.reshape(len(x), len(places), -1) for part in (result.measured, fitted, result.residuals)]
-    names, unit = (list("xyz"), "m") if result.places else ([""], "Hz")
-    axes = _axes(2 * len(places))
+    axes = _axes(2 * sum(max(len(each.places), 1) for each in result.data))
+    first = 0
+    for i, each in enumerate(result.data):
+        last = first + 2 * max(len(each.places), 1)
+        _of_recording(each, axes[first:last], "" if len(result.data) == 1 else f"data[{i}]\n")
+        first = last
+    return axes  # type: ignore[no-any-return]
+
+
+def _of_recording(data: FittedData, axes: NDArray[Any], title: str) -> None:
+    x: Array = np.arange(1.0, 1.0 + len(data.measured)) if data.t is None else np.asarray(data.t)
+    below = "time (s)" if data.t is not None else "shape" if data.places else "mode"
+    places = data.places or ("",)
+    shown = [part.reshape(len(x), len(places), -1) for part in (data.measured, data.fitted, data.residuals)]
+    names = list("xyz") if data.places else [""]
     for k, place in enumerate(places):
         upper, lower = axes[2 * k : 2 * k + 2]
-        what = f"position of {place}" if place else "frequency"
-        _curves(upper, x, shown[1][:, k], names, f"{what} ({unit})")
+        what = f"{title}position of {place}" if place else f"{title}frequency"
+        _curves(upper, x, shown[1][:, k], names, f"{what} ({data.unit})")
         for line, values in zip(upper.lines, shown[0][:, k].T, strict=True):
             upper.plot(x, values, ".", color=line.get_color(), markersize=3.0)
-        _curves(lower, x, shown[2][:, k], names, f"residual ({unit})")
+        _curves(lower, x, shown[2][:, k], names, f"residual ({data.unit})")
+        if data.t is None:
+            # Shapes and modes are counted: nothing is between them.
+            _as_points(upper.lines[: len(names)], "o")
+            _as_points(lower.lines, ".")
+            for one in (upper, lower):
+                one.xaxis.get_major_locator().set_params(integer=True)
         lower.axhline(0.0, color="black", linewidth=0.8)
     axes[-1].set_xlabel(below)
-    return axes  # type: ignore[no-any-return]
+
+
+def _as_points(lines: Iterable[Any], marker: str) -> None:
+    """Draw curves as points, which are hollow if they are discs."""
+    for line in lines:
+        line.set(linestyle="", marker=marker, markerfacecolor="none" if marker == "o" else line.get_color())
 
 
 class _Drawn:

@@ -10,13 +10,17 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
+from .._lissom import meant as like
+
 Part = str | int
 
 #: In place of an index: all entries of a list, which share a value.
 EVERY = "*"
 
-#: A name, bare or in quotes, or an index or a star in brackets.
-PART = re.compile(r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+|\*)\]')
+#: A name, bare or in quotes, or in brackets an index, a star or the name of an entry.
+PART = re.compile(
+    r'(?P<bare>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]+)"|\[(?P<index>\d+|\*)\]|\[(?P<entry>[^\W\d][^\[\]"*]*)\]'
+)
 
 
 def parts(path: str) -> list[Part]:
@@ -37,8 +41,10 @@ def parts(path: str) -> list[Part]:
         if match is None:
             raise _no_path(path)
         index = match["index"]
+        if match["entry"] and not found:
+            raise _no_path(path)
         if index is None:
-            found.append(match["bare"] or match["quoted"])
+            found.append(match["bare"] or match["quoted"] or match["entry"])
         else:
             found.append(EVERY if index == EVERY else int(index))
         place = match.end()
@@ -54,9 +60,9 @@ def _no_path(path: str) -> ValueError:
 def meant(name: str, known: Iterable[str]) -> str:
     """Advice in place of an unknown name."""
     names = sorted(known)
-    close = difflib.get_close_matches(name, names, 1, 0.5)
+    close = like(name, names) or next(iter(difflib.get_close_matches(name, names, 1, 0.5)), None)
     listed = ", ".join(f"'{other}'" for other in names)
-    return f"expected one of {listed}" + (f"; did you mean '{close[0]}'?" if close else "")
+    return f"expected one of {listed}" + (f"; did you mean '{close}'?" if close else "")
 
 
 def up_to(path: Sequence[Part], count: int) -> str:
@@ -70,22 +76,42 @@ def up_to(path: Sequence[Part], count: int) -> str:
 def expanded(path: Sequence[Part], has: Callable[[Sequence[Part]], bool]) -> list[list[Part]]:
     """The path with indices in place of each star, for all entries that are there.
 
-    `has` says whether there is something at the end of a path; a star where there is nothing becomes an
-    index of zero, so that what is missing is reported.
+    `has` says whether there is something at the end of a path. Lists without entries are left out beside
+    others, such as those of links that have no rod. Where no list has any, a star becomes an index of zero,
+    so that what is missing is reported.
     """
+    there, missing = _with_indices(path, has)
+    return there or missing
+
+
+def _with_indices(
+    path: Sequence[Part], has: Callable[[Sequence[Part]], bool]
+) -> tuple[list[list[Part]], list[list[Part]]]:
+    """The paths whose stars all stand for entries, and the others."""
     if EVERY not in path:
-        return [list(path)]
+        return [list(path)], []
     at = list(path).index(EVERY)
     before, after = list(path[:at]), list(path[at + 1 :])
     count = 0
     while has([*before, count]):
         count += 1
-    return [one for i in range(max(count, 1)) for one in expanded([*before, i, *after], has)]
+    each = [_with_indices([*before, i, *after], has) for i in range(max(count, 1))]
+    there, missing = ([one for part in parts for one in part] for parts in zip(*each, strict=True))
+    return (there, missing) if count else ([], there + missing)
+
+
+def _numbered_in_document(here: Any, part: Part) -> Part:
+    """The number of an entry of an array that has this name; anything else as it is."""
+    if not isinstance(here, list) or not isinstance(part, str):
+        return part
+    names = [each.get("name") if isinstance(each, dict) else None for each in here]
+    return names.index(part) if part in names else part
 
 
 def _is_in_document(document: dict[str, Any], path: Sequence[Part]) -> bool:
     here: Any = document
     for part in path:
+        part = _numbered_in_document(here, part)
         if isinstance(part, int):
             is_there = isinstance(here, list) and part < len(here)
         else:
@@ -114,6 +140,7 @@ def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any)
     here: Any = document
     for i, part in enumerate(path):
         is_last = i == len(path) - 1
+        part = _numbered_in_document(here, part)
         if isinstance(part, int):
             if not isinstance(here, list) or part >= len(here):
                 there = _entries(here) if isinstance(here, list) else "no array"
@@ -155,7 +182,14 @@ def document_text(document: dict[str, Any]) -> str:
 
 
 #: Names of scenes that differ from those of classes, apart from plurals.
-PLURALS = {"body": "bodies", "tendon": "actuators", "chamber": "actuators", "motor": "actuators"}
+PLURALS = {"body": "bodies"}
+
+#: Actuators of one kind, which are counted by themselves, as in scenes: the second motor is ``motors[1]``.
+OF_KIND = {
+    **dict.fromkeys(("tendon", "tendons"), "Tendon"),
+    **dict.fromkeys(("chamber", "chambers"), "Chamber"),
+    **dict.fromkeys(("motor", "motors"), "Motor"),
+}
 
 #: Arguments that can replace each other.
 TWO_OF_ONE = {"poisson_ratio": "shear_modulus", "shear_modulus": "poisson_ratio"}
@@ -221,6 +255,22 @@ def found(thing: Any, path: Sequence[Part]) -> Any:
     return thing
 
 
+def with_numbers(thing: Any, path: Sequence[Part]) -> list[Part]:
+    """The path with numbers in place of names of entries, up to its first star."""
+    numbered = list(path)
+    for i, part in enumerate(path):
+        if part == EVERY:
+            break
+        try:
+            here = found(thing, numbered[:i])
+        except ValueError:
+            break
+        names = [getattr(one, "name", None) for one in here] if isinstance(here, list | tuple) else []
+        if part in names:
+            numbered[i] = names.index(part)
+    return numbered
+
+
 def written_out(thing: Any, path: Sequence[Part]) -> tuple[Part, ...]:
     """The keys that a path uses: equal for two spellings of one path.
 
@@ -256,31 +306,51 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
         done += 1
         part = path[done]
     if isinstance(part, int):
-        if not isinstance(thing, list | tuple) or part >= len(thing):
-            there = _entries(thing) if isinstance(thing, list | tuple) else "no sequence"
+        places = _numbered(thing, path, done)
+        if places is None or part >= len(places):
+            there = "no sequence" if places is None else _entries(places)
             raise ValueError(f"{up_to(path, done + 1)}: the model has {there} at {up_to(path, done)}")
-        return _Inside(list(thing), part, tuple, done + 1)
+        return _Inside(list(thing), places[part], tuple, done + 1)
     if isinstance(thing, dict):
         if part not in thing:
             raise ValueError(f"{up_to(path, done + 1)}: {meant(part, thing)}")
         return _Inside(dict(thing), part, dict, done + 1)
     if isinstance(thing, list | tuple):
         here = up_to(path, done)
+        names = [getattr(one, "name", None) for one in thing]
+        if part in names:
+            return _Inside(list(thing), names.index(part), tuple, done + 1)
+        named = [str(name) for name in names if name]
         raise ValueError(
-            f"{up_to(path, done + 1)}: {here} has {_entries(thing)}, "
-            f"expected the number of one, such as '{here}[0].{part}'"
+            f"{up_to(path, done + 1)}: {here} has {_entries(thing)}, expected the number of one, such as "
+            f"'{here}[0].{part}'" + (f", or the name of one, such as '{here}[{named[0]}]'" if named else "")
         )
     maker: Callable[..., Any] = type(thing)
     arguments = None if isinstance(thing, PLAIN) else constructed(thing)
     if arguments is None:
         raise ValueError(f"{up_to(path, done + 1)}: {up_to(path, done)} has no parts")
     known = set(arguments) | set(_parameters(maker))
-    name = next((name for name in (part, PLURALS.get(part, f"{part}s")) if name in known), None)
+    of_all = "actuators" if part in OF_KIND else PLURALS.get(part, f"{part}s")
+    name = next((name for name in (part, of_all) if name in known), None)
+    if name is None and part in ("segment", "segments") and "links" in known:
+        rest = "".join(f".{each}" if isinstance(each, str) else f"[{each}]" for each in path[done + 1 :])
+        raise ValueError(
+            f"{up_to(path, done + 1)}: the segments of a robot are those of its links, expected "
+            f"'links[*].rod.{part}{rest}', or the number of a link in place of the star"
+        )
     if name is None:
         raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
     # For example Poisson's ratio, which is stored as a shear modulus.
     arguments.setdefault(name, getattr(thing, name, None))
     return _Inside(arguments, name, lambda parts: maker(**parts), done + 1)
+
+
+def _numbered(thing: Any, path: Sequence[Part], done: int) -> Sequence[int] | None:
+    """Where the entries of a sequence are that a number counts: those of one kind; None for other things."""
+    if not isinstance(thing, list | tuple):
+        return None
+    kind = OF_KIND.get(str(path[done - 1])) if done else None
+    return [i for i, one in enumerate(thing) if kind is None or type(one).__name__ == kind]
 
 
 def of_model(path: Sequence[Part], is_rod: bool) -> list[Part]:

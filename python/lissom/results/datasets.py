@@ -20,7 +20,7 @@ from .._lissom import (
     __version__,
 )
 from ..analysis.equilibria import EquilibriumSensitivityResult
-from ..analysis.fits import FitResult
+from ..analysis.fitted import FitResult, FittedData
 from ..analysis.sensitivities import SensitivityResult
 from ..common.extras import missing
 from ..model.views import Coordinate, view
@@ -251,19 +251,27 @@ def _of_fit(result: FitResult, model: Model | None) -> xarray.Dataset:
         result.covariance,
         {"long_name": "covariance of the values"},
     )
-    unit = "m" if result.places else "Hz"
-    if result.t is not None:
-        data = data.assign_coords(time=("time", result.t, {"units": "s", "long_name": "time", "axis": "T"}))
-    if result.places:
-        data = data.assign_coords(
-            axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}),
-            place=("place", list(result.places), {"long_name": "measured place"}),
-        )
-    dimensions = ("shape" if result.t is None else "time", "place", "axis") if result.places else ("mode",)
-    data["measured"] = (dimensions, result.measured, {"long_name": "what was measured", "units": unit})
-    of_model = {"long_name": "what the model says minus what was measured", "units": unit}
-    data["residual"] = (dimensions, result.residuals, of_model)
-    data["noise"] = ((), result.noise, {"long_name": "standard deviation of the residuals", "units": unit})
+    for i, each in enumerate(result.data):
+        data = _with_recording(data, each, "" if len(result.data) == 1 else f"_{i}")
+    return data
+
+
+def _with_recording(data: xarray.Dataset, each: FittedData, number: str) -> xarray.Dataset:
+    """A recording of a fit; if there are several, names of variables and dimensions end with its number."""
+    time, place, shape, mode = (f"{name}{number}" for name in ("time", "place", "shape", "mode"))
+    if each.t is not None:
+        of_time = {"units": "s", "long_name": "time", "axis": "T"}
+        data = data.assign_coords({time: (time, each.t, of_time)})
+    if each.places:
+        data = data.assign_coords(axis=("axis", ["x", "y", "z"], {"long_name": "axis of the world"}))
+        data = data.assign_coords({place: (place, list(each.places), {"long_name": "measured place"})})
+    dimensions = (shape if each.t is None else time, place, "axis") if each.places else (mode,)
+    measured = {"long_name": "what was measured", "units": each.unit}
+    data[f"measured{number}"] = (dimensions, each.measured, measured)
+    of_model = {"long_name": "what the model says minus what was measured", "units": each.unit}
+    data[f"residual{number}"] = (dimensions, each.residuals, of_model)
+    noise = {"long_name": "standard deviation of what was measured", "units": each.unit}
+    data[f"noise{number}"] = ((), each.noise, noise)
     return data
 
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         StaticsResult,
     )
     from ..analysis.equilibria import EquilibriumSensitivityResult
-    from ..analysis.fits import FitResult
+    from ..analysis.fitted import FitResult
     from ..analysis.sensitivities import SensitivityResult
 
     Result = (
@@ -216,7 +216,11 @@ def _arrays(result: Any) -> dict[str, Any]:
     """Arrays of a result, and of its path, by name."""
     path = getattr(result, "path", None)
     parts = [result] if path is None else [result, path]
-    found = {name: getattr(part, name) for part in parts for name in dir(part) if name[0] != "_"}
+    found = {name: getattr(part, name, None) for part in parts for name in dir(part) if name[0] != "_"}
+    data = getattr(result, "data", ())
+    if isinstance(data, tuple) and len(data) > 1:
+        # Of a fit: those of each recording with its number.
+        found |= {f"{name}_{i}": value for i, each in enumerate(data) for name, value in vars(each).items()}
     return {name: value for name, value in found.items() if isinstance(value, np.ndarray)}
 
 

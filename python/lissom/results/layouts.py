@@ -47,8 +47,9 @@ LAYOUTS: Mapping[str, Mapping[str, str]] = {
         "values": "f p",
         "covariance": "f p p",
         "intervals": "f p 2",
-        "places": "text k",
+        "data": "list k",
     },
+    "FittedData": {"places": "text k"},
     "SensitivityResult": {
         "names": "text p",
         "t": "t m",
@@ -127,7 +128,7 @@ def _of_equilibrium(result: Any) -> dict[str, str]:
     return {"q": "f n"} | ({} if result.path is None else {"path.q": "f m n"})
 
 
-def _of_fit(result: Any) -> dict[str, str]:
+def _of_recording(result: Any) -> dict[str, str]:
     # Positions of places at times or in equilibria, or frequencies.
     measured = "f i k 3" if result.places else "f i"
     return {"residuals": measured, "measured": measured, "t": "t? i"}
@@ -142,7 +143,7 @@ _OTHERS: Mapping[str, Any] = {
     "EnsembleResult": _of_ensemble,
     "EquilibriumPath": _of_path,
     "StaticsResult": _of_equilibrium,
-    "FitResult": _of_fit,
+    "FittedData": _of_recording,
     "ReachResult": _of_targets,
     "ActuateResult": _of_targets,
 }

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Model, Part, Section
+from ..analysis.fitted import split_data
 from . import layouts
 
 #: The classes that results and models consist of, by module, besides those of parts.
@@ -35,7 +36,7 @@ PARTS = {
         *("ActuateResult", "ReachResult", "Balance", "CriticalPoint", "EquilibriumPath", "Statistics"),
         *("Overlap", "Harmonic", "Input", "Profile", "Robot", "Rod", "Section", "SpringPendulum"),
     ),
-    "analysis.fits": ("FitResult",),
+    "analysis.fitted": ("FitResult", "FittedData"),
     "analysis.sensitivities": ("SensitivityResult",),
     "analysis.equilibria": ("EquilibriumSensitivityResult",),
     "analysis.parameters": ("OfInput", "OfModel", "OfStart"),
@@ -260,14 +261,12 @@ class _Reader:
         owner = CLASSES[name]
         if not _is_written_by_fields(owner):
             raise Damaged(f"{name} has no fields")
-        names = {field.name for field in fields(owner)}
-        if not (values.keys() <= names if issubclass(owner, Part) else values.keys() == names):
-            raise Damaged(f"other fields than those of {name}")
         found = {field: self.value(value) for field, value in values.items()}
-        for field, kind in _annotations(name).items():
-            if not fits(found[field], kind):
-                raise Damaged(f"{name}.{field} is a {type(found[field]).__name__}")
-        return _laid_out(name, owner(**found))
+        if name == "FitResult" and "data" not in found:
+            # Of a version in which a fit had one recording.
+            older, found = split_data(found)
+            found["data"] = (_of_fields("FittedData", older),)
+        return _of_fields(name, found)
 
     def _made(self, content: Any) -> Any:
         name, function, arguments, options = content
@@ -301,6 +300,18 @@ _KINDS_OF_NODES: dict[str, Callable[[_Reader, Any], Any]] = {
         *("fields", "made", "model"),
     )
 }
+
+
+def _of_fields(name: str, found: dict[str, Any]) -> Any:
+    """An object of this class; raises Damaged if it has other fields, or of other kinds."""
+    owner = CLASSES[name]
+    names = {field.name for field in fields(owner)}
+    if not (found.keys() <= names if issubclass(owner, Part) else found.keys() == names):
+        raise Damaged(f"other fields than those of {name}")
+    for field, kind in _annotations(name).items():
+        if not fits(found[field], kind):
+            raise Damaged(f"{name}.{field} is a {type(found[field]).__name__}")
+    return _laid_out(name, owner(**found))
 
 
 def _laid_out(name: str, thing: Any) -> Any:

@@ -439,7 +439,7 @@ impl PyRobot {
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
     ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// link : str, optional
-    ///     Name of the link; optional if the robot has only one.
+    ///     Name of the link; optional if the robot has only one. It may also stand before `q`.
     /// t : float or array_like, shape (k,), optional
     ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,) or (k, m), optional
@@ -449,17 +449,21 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the origin of the joint's frame, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, link=None, t=None, u=None))]
+    #[pyo3(signature = (q, qd, qdd, last=None, *, link=None, t=None, u=None),
+           text_signature = "($self, q, qd, qdd, *, link=None, t=None, u=None)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn joint_wrench<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
+        last: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        wrenches::joint(self, [q, qd, qdd], link, At::forces(t, u))
+        let (state, link) = wrenches::named_state("joint_wrench", "link", [q, qd, qdd], last, link)?;
+        wrenches::joint(self, state, link, At::forces(t, u))
     }
 
     /// Constraint forces of a closed loop during a motion.
@@ -472,7 +476,7 @@ impl PyRobot {
     /// q, qd, qdd : array_like, shape (n,) or (k, n)
     ///     Coordinates, velocities and accelerations of a state, or of k states.
     /// name : str, optional
-    ///     Name of the loop; optional if the robot has only one.
+    ///     Name of the loop; optional if the robot has only one. It may also stand before `q`.
     /// t : float or array_like, shape (k,), optional
     ///     Time of the state, or of each of the k states, seconds. Required if loads vary or the base moves.
     /// u : array_like, shape (m,) or (k, m), optional
@@ -484,17 +488,21 @@ impl PyRobot {
     ///     Moment about the origin of the second end, newton metres, and force, newtons, that the first end exerts on it, in
     ///     world axes. For a `Gear`, the generalised force on its first coordinate, a float or an array of
     ///     shape (k,).
-    #[pyo3(signature = (q, qd, qdd, *, name=None, t=None, u=None))]
+    #[pyo3(signature = (q, qd, qdd, last=None, *, name=None, t=None, u=None),
+           text_signature = "($self, q, qd, qdd, *, name=None, t=None, u=None)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn loop_forces<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         qdd: &Bound<'py, PyAny>,
+        last: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        closure::forces(self, [q, qd, qdd], name, At::forces(t, u))
+        let (state, name) = wrenches::named_state("loop_forces", "name", [q, qd, qdd], last, name)?;
+        closure::forces(self, state, name, At::forces(t, u))
     }
 
     /// Resultant wrench of a contact on its first surface.

@@ -1,12 +1,34 @@
 //! Wrenches within a robot during a motion, and its momentum.
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyString;
 
 use super::class::PyRobot;
 use super::states::{At, flat};
 use crate::python::errors::OrRaise as _;
 use crate::robot::Place;
+
+/// A state, and the name of what is asked for, which may stand before the state as well as behind it by its argument.
+pub(super) fn named_state<'a, 'py>(
+    method: &str,
+    argument: &str,
+    [q, qd, qdd]: [&'a Bound<'py, PyAny>; 3],
+    last: Option<&'a Bound<'py, PyAny>>,
+    name: Option<&'a str>,
+) -> PyResult<([&'a Bound<'py, PyAny>; 3], Option<&'a str>)> {
+    let refused = |found: &str| {
+        let calls = format!("{method}({argument}, q, qd, qdd) or {method}(q, qd, qdd, {argument}=...)");
+        Err(PyTypeError::new_err(format!("{argument}: got {found}, expected {calls}")))
+    };
+    match (q.cast::<PyString>(), last) {
+        (Ok(_), Some(_)) if name.is_some() => refused("two names"),
+        (Ok(first), Some(last)) => Ok(([qd, qdd, last], Some(first.to_str()?))),
+        (Ok(_), None) => refused("a name and two arrays"),
+        (Err(_), Some(_)) => refused("a fourth argument behind the state"),
+        (Err(_), None) => Ok(([q, qd, qdd], name)),
+    }
+}
 
 /// Moment and force that a link receives through its joint.
 pub(super) fn joint<'py>(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lissom
-from lissom.analysis import fits
+from lissom.analysis import makers
 
 FINGER = {"modes": {"bend_y": 2}, "retardation_time": 0.02}
 RIGHT = {
@@ -94,8 +94,8 @@ def test_starts_and_places():
         ({"parameters": {"segments[0].radius": (0.02, 0.01, 0.05)}}, "expected one in"),
         ({"parameters": {"segments[0].radios": 0.01}}, "did you mean 'radius'"),
         ({"parameters": {"q0": 0.01}}, "a single coordinate"),
-        ({"data": ([0.1], np.zeros((2, 3)))}, "positions have shape"),
-        ({"data": ([0.2, 0.1], np.zeros((2, 3)))}, "have to increase"),
+        ({"data": ([0.1], np.zeros((2, 3)))}, "positions: got shape"),
+        ({"data": ([0.2, 0.1], np.zeros((2, 3)))}, "do not increase"),
         ({"data": ([0.1], [[0.0, np.nan, 0.0]])}, "not finite"),
         (
             {
@@ -109,9 +109,9 @@ def test_starts_and_places():
     ],
 )
 def test_bad_input_is_refused_before_the_first_run(changes, message, monkeypatch):
-    from lissom.analysis import measurements
+    from lissom.analysis import predictions
 
-    monkeypatch.setattr(measurements, "sensitivity", None)
+    monkeypatch.setattr(predictions, "sensitivity", None)
     arguments = {"data": ([0.1, 0.2], np.zeros((2, 3))), "parameters": {"segments[0].radius": 0.01}} | changes
     with pytest.raises(ValueError, match=message):
         lissom.fit(finger(), **arguments)
@@ -217,7 +217,7 @@ REFUSED = {
     "v0: expected None: equilibria have no velocities": lambda: lissom.fit(
         straight(), lissom.StaticShapes([[0, 0, 0]]), {"gravity[2]": 0.0}, v0=[0] * 4
     ),
-    "data: got list, expected a pair (t, positions), StaticShapes or NaturalFrequencies": lambda: lissom.fit(
+    "data[0]: got int, expected a pair (t, positions), RecordedMotion, StaticShapes": lambda: lissom.fit(
         straight(), [1, 2], {"gravity[2]": 0.0}
     ),
     "expected different ones": lambda: lissom.fit(
@@ -265,9 +265,9 @@ def test_values_at_a_bound_are_named():
 
 @pytest.mark.parametrize("kind", [lissom.LissomError, ValueError])
 def test_trial_runs_that_fail_turn_the_search_back(kind, monkeypatch):
-    from lissom.analysis import measurements
+    from lissom.analysis import predictions
 
-    sensitivity = measurements.sensitivity
+    sensitivity = predictions.sensitivity
 
     def failing(model, *arguments, **options):
         if model.segments[0].young_modulus < 3.5e5 and not failed:
@@ -276,7 +276,7 @@ def test_trial_runs_that_fail_turn_the_search_back(kind, monkeypatch):
         return sensitivity(model, *arguments, **options)
 
     failed = []
-    monkeypatch.setattr(measurements, "sensitivity", failing)
+    monkeypatch.setattr(predictions, "sensitivity", failing)
     found = lissom.fit(finger(), motion(finger()), GUESSES)
     assert failed
     np.testing.assert_allclose(found.values, list(RIGHT.values()), rtol=1e-6)
@@ -316,7 +316,7 @@ def test_ctrl_c_keeps_the_best_run():
     assert whole.runs > 3
     runs = 0
 
-    real = fits.model_with
+    real = makers.model_with
 
     def interrupting(*arguments):
         nonlocal runs
@@ -326,7 +326,7 @@ def test_ctrl_c_keeps_the_best_run():
         return real(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fits, "model_with", interrupting)
+        patch.setattr(makers, "model_with", interrupting)
         with pytest.raises(KeyboardInterrupt) as caught:
             lissom.fit(model, data, guess)
     found = caught.value.result

@@ -62,7 +62,7 @@ KINDS = {
 CREATED = {
     *("Balance", "ContactEvent", "Touch", "LinearModel", "sensors.Sensor"),
     *("gym.Outcome", "gym.Start", "gym.States"),
-    *("EquilibriumSensitivityResult", "FitResult", "SensitivityResult"),
+    *("EquilibriumSensitivityResult", "EquilibriaResult", "FitResult", "FittedData", "SensitivityResult"),
 }
 #: Parameters that something else uses or that stand for several: what they refuse has the name of that.
 OTHER_NAMES = {

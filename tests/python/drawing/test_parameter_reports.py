@@ -49,6 +49,19 @@ def frequencies():
     return lissom.fit(rod(), lissom.NaturalFrequencies(own), {"segments[0].density": (500, 900, 2000)})
 
 
+def several():
+    shape = lissom.statics(rod()).q
+    positions = rod().pose(shape)[:3, 3] + [[0.0, 0.0, 1e-4], [0.0, 0.0, -1e-4]]
+    own = lissom.equilibrium_sensitivity(rod(), ["gravity[2]"], frequencies=2).frequencies
+    run = lissom.simulate(rod(), 0.1)
+    data = [
+        lissom.RecordedMotion(run.t[1:], [rod().pose(q)[:3, 3] for q in run.q[1:]], noise=1e-3),
+        lissom.StaticShapes(positions, noise=1e-3),
+        lissom.NaturalFrequencies(own, noise=0.1),
+    ]
+    return lissom.fit(rod(), data, {MODULUS: (1e5, 4e5, 1e6), TIME: (1e-3, 0.01, 0.1)})
+
+
 RESULTS = {
     "run": lambda: lissom.sensitivity(rod(), 0.2, [MODULUS, "segments[0].length", "q0"]),
     "gradient": lambda: lissom.sensitivity(rod(), 0.2, [MODULUS, "v0[1]"], objective=objective),
@@ -60,13 +73,17 @@ RESULTS = {
     "motion": fitted,
     "shapes": shapes,
     "frequencies": frequencies,
+    "several": several,
 }
 WAYS = {"copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda x: pickle.loads(pickle.dumps(x))}
 
 
 def assert_same(one, other):
     for name, value in vars(one).items():
-        if isinstance(value, np.ndarray):
+        if name == "data":
+            for mine, others in zip(value, other.data, strict=True):
+                assert_same(mine, others)
+        elif isinstance(value, np.ndarray):
             np.testing.assert_array_equal(getattr(other, name), value)
             assert not getattr(other, name).flags.writeable
         elif isinstance(value, str | float | tuple | int | None) and not name.startswith("_"):
@@ -149,6 +166,40 @@ def test_the_report_of_a_fit_says_values_correlations_and_residuals():
     assert not built.advice
     stiff = lissom.fit(rod(), motion(), {TIME: (1e-3, 0.01, 0.1)}, places=[0.15, 0.3], q0=[0.3, 0.0])
     assert "correlated" in build(stiff, None).advice[0]
+
+
+def test_every_recording_has_its_part_of_the_report():
+    found = several()
+    built = build(found, None)
+    titles = [section.title for section in built.sections]
+    assert titles == [
+        "Parameters",
+        *(
+            f"Measured and fitted: data[{i}], {kind}"
+            for i, kind in enumerate(("motion", "shapes", "frequencies"))
+        ),
+        "Result",
+    ]
+    assert len(parts(built, page.Figure)) == 2
+    names = [row[0] for row in parts(built, page.Table)[-1].rows]
+    assert "data[2], frequencies: root mean square of the residuals" in names
+    data = found.to_xarray()
+    np.testing.assert_array_equal(data.residual_2, found.data[2].residuals)
+    assert data.measured_0.dims == ("time_0", "place_0", "axis")
+    assert data.noise_2.attrs["units"] == "Hz"
+    assert len(found.plot()) == 6
+    mpl.pyplot.close("all")
+
+
+def test_the_report_says_what_is_not_determined():
+    bare = lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 5e5, 1100, modes={"bend_y": 2})], gravity=(0, 0, -9.81))
+    shape = lissom.StaticShapes([bare.pose(lissom.statics(bare).q)[:3, 3]])
+    bounds = {MODULUS: (1e5, 3e5, 1e6), "segments[0].density": (500, 1100, 2000)}
+    built = build(lissom.fit(bare, shape, bounds), None)
+    values = parts(built, page.Table)[0]
+    assert values.columns[-1] == "note"
+    assert [row[-1] for row in values.rows] == ["not determined"] * 2
+    assert any("do not determine" in each and "other values fit as well" in each for each in built.advice)
 
 
 def test_pickles_have_their_methods_in_a_new_process(tmp_path):

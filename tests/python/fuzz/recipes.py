@@ -616,9 +616,27 @@ RECIPES: dict[str, dict | list[dict]] = {
             "parameters": "{'gravity[2]': -9.0}",
             "max_runs": "20",
         },
+        {
+            "model": "v.planar()",
+            "data": "[lissom.StaticShapes([[0.2, 0.0, -0.01]], noise=0.01),"
+            " lissom.RecordedMotion([0.01], [[0.2, 0.0, 0.0]], noise=0.01)]",
+            "parameters": "{'gravity[2]': (-20.0, -9.0, 0.0)}",
+            "max_runs": "20",
+            "starts": "2",
+        },
     ],
-    "StaticShapes": {"positions": "[[0.2, 0.0, -0.01]]", "u": "[[1.0]]"},
-    "NaturalFrequencies": {"values": _a(1.0, 2.0), "u": _a(0.1)},
+    "RecordedMotion": {
+        "t": _a(0.1, 0.2),
+        "positions": "[[0.2, 0.0, -0.01], [0.2, 0.0, -0.02]]",
+        "u": "[[1.0]]",
+        "control_step": "0.2",
+        "q0": _a(0.1, 0.2),
+        "v0": _a(0.0, 0.0),
+        "places": "[0.1]",
+        "noise": "1e-3",
+    },
+    "StaticShapes": {"positions": "[[0.2, 0.0, -0.01]]", "u": "[[1.0]]", "places": "[0.1]", "noise": "1e-3"},
+    "NaturalFrequencies": {"values": _a(1.0, 2.0), "u": _a(0.1), "noise": "0.1"},
     "sweep": [
         {
             "model": "v.scene()",
@@ -707,6 +725,10 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": _MODEL, "load_steps": _a(0.2, 0.5, 1.0), "method": "'load_path'"},
         {"model": _MODEL, "q0": _a(0.0, 0.0), "method": "'descent'"},
         {"model": "v.antagonists()", "q0": _a(0.0, 0.0), "method": "'newton'", "u": _a(1.0, 0.5)},
+    ],
+    "statics_many": [
+        {"model": _MODEL, "q0": "[[0.0, 0.1], [0.0, 0.0]]", "t": "0.0", "follow": "True", "tol": "1e-8"},
+        {"model": "v.antagonists()", "u": "[[1.0, 0.5]]", "workers": "2", "method": "'newton'"},
     ],
     **{f"gym.{name}": {} for name in ("Balance", "Reach", "Swim", "Task")},
     "gym.RobotEnv": {"task": "'balance'", "randomise": "lambda random: 1", "render_mode": "'rgb_array'"},
@@ -850,9 +872,10 @@ RECIPES |= {
 #: Classes that only functions create, and exceptions: calling them must raise, or create an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult JacobianCheck SensitivityResult
-EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResult OdeSolver Overlap
-ReachResult RootResult Scene SceneError SceneProblem Section SimulationSettings StaticsResult Statistics
+CriticalPoint DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult FittedData
+JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult
+OdeResult OdeSolver Overlap ReachResult RootResult Scene SceneError SceneProblem Section
+SimulationSettings StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
 #: Replacements for the braces.

@@ -15,7 +15,7 @@ from . import actuators, contacts, curves, loops, motion, page, text
 
 if TYPE_CHECKING:
     from ...analysis.equilibria import EquilibriumSensitivityResult
-    from ...analysis.fits import FitResult
+    from ...analysis.fitted import FitResult
     from ...analysis.sensitivities import SensitivityResult
     from ...model.glyphs.loops import LoopGlyph
     from ...model.views import Member

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._lissom import Robot
 from ...analysis.equilibria import EquilibriumSensitivityResult
-from ...analysis.fits import FitResult
+from ...analysis.fitted import FitResult, FittedData
 from ...analysis.sensitivities import SensitivityResult
 from ...results.datasets import coordinates
 from ...results.runs import Array
@@ -28,6 +28,9 @@ BESIDE = 2
 
 #: Correlations of successive residuals beyond this number of standard deviations of white noise are reported.
 NOTABLE = 3.0
+
+#: Residuals are reported that are larger than a known noise by this factor.
+LARGER = 1.5
 
 
 def build(
@@ -131,89 +134,119 @@ def _equilibrium(result: EquilibriumSensitivityResult, title: str) -> page.Page:
 
 
 def _fit(result: FitResult, title: str) -> page.Page:
-    size, unit = result.residuals.size, "m" if result.places else "Hz"
+    size = sum(each.measured.size for each in result.data)
     parts: list[page.Part] = [_values(result)]
     if 1 < len(result.names) <= LARGEST_TABLE:
         parts.append(_correlations(result))
-    misfit = float(np.sqrt(np.mean(result.residuals**2)))
+    several = "" if len(result.data) == 1 else f" in {len(result.data)} recordings"
     rows = [
         ("message", result.message),
         ("runs", f"{result.runs}"),
-        ("measured numbers", f"{size:,}, for {len(result.names)} parameters"),
-        ("root mean square of the residuals", f"{misfit:.4g} {unit}"),
-        ("standard deviation of the noise", f"{result.noise:.4g} {unit}"),
+        ("measured numbers", f"{size:,}{several}, for {len(result.names)} parameters"),
     ]
-    advice = []
-    correlation, expected = _correlation_of_neighbours(result)
-    if np.isfinite(correlation):
-        rows.append(("correlation of neighbouring residuals", f"{correlation:.2f}"))
-        if abs(correlation) > NOTABLE * expected:
-            advice.append(
-                f"Neighbouring residuals are correlated ({correlation:.2f}): the model leaves out something, "
-                "and the intervals, which take the noise for independent, are too narrow."
-            )
-    if result.undetermined:
-        advice.append(f"The data do not determine {', '.join(result.undetermined)}.")
-    if result.at_bounds:
-        advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals end there.")
     return page.Page(
         title=title,
-        lead=f"{_number(len(result.names))} from {size:,} measured numbers.",
+        lead=f"{_number(len(result.names))} from {size:,} measured numbers{several}.",
         outcome=("Converged." if result.success else f"Not converged: {result.message}", result.success),
-        advice=advice,
+        advice=_advice(result),
         sections=[
             page.Section("Parameters", parts),
-            page.Section("Measured and fitted", _places(result)),
-            page.Section("Result", [page.Table(("", ""), rows)]),
+            *(_recording(each, name) for each, name in zip(result.data, _titles(result), strict=True)),
+            page.Section("Result", [page.Table(("", ""), [*rows, *_left(result)])]),
         ],
     )
+
+
+def _titles(result: FitResult) -> list[str]:
+    if len(result.data) == 1:
+        return ["Measured and fitted"]
+    return [f"Measured and fitted: data[{i}], {each.kind}" for i, each in enumerate(result.data)]
+
+
+def _advice(result: FitResult) -> list[str]:
+    """What the residuals and the Jacobian say of the values."""
+    advice = []
+    for i, each in enumerate(result.data):
+        # Of white noise it has this standard deviation.
+        if abs(each.correlation) > NOTABLE / np.sqrt(each.residuals.size):
+            which = "" if len(result.data) == 1 else f" of data[{i}]"
+            advice.append(
+                f"Neighbouring residuals{which} are correlated ({each.correlation:.2f}): the model leaves "
+                "out something, and the intervals, which take the noise for independent, are too narrow."
+            )
+        if each.misfit > LARGER * each.noise:
+            advice.append(
+                f"The residuals of data[{i}] are {each.misfit / each.noise:.2g} times as large as its noise: "
+                "the model leaves out something, the noise is larger, or these values are not the best ones."
+            )
+    if result.undetermined:
+        names = ", ".join(result.undetermined)
+        advice.append(
+            f"The data do not determine {names}: other values fit as well. Fix one of them, or measure "
+            "something that they change differently."
+        )
+    if result.at_bounds:
+        advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals end there.")
+    return advice
+
+
+def _left(result: FitResult) -> list[tuple[str, str]]:
+    """What is left of the data, as rows of a table."""
+    rows = []
+    for i, each in enumerate(result.data):
+        which = "" if len(result.data) == 1 else f"data[{i}], {each.kind}: "
+        rows.append((f"{which}root mean square of the residuals", f"{each.misfit:.4g} {each.unit}"))
+        rows.append((f"{which}standard deviation of the noise", f"{each.noise:.4g} {each.unit}"))
+        if np.isfinite(each.correlation):
+            rows.append((f"{which}correlation of neighbouring residuals", f"{each.correlation:.2f}"))
+    return rows
 
 
 def _values(result: FitResult) -> page.Table:
     low, high = result.intervals.T
     caption = f"The interval has a confidence of {100 * result.confidence:g} percent."
-    return _table(result.names, {"value": result.values, "low": low, "high": high}, caption)
+    table = _table(result.names, {"value": result.values, "low": low, "high": high}, caption)
+    said = dict.fromkeys(result.names, "")
+    said |= dict.fromkeys(result.at_bounds, "at a bound") | dict.fromkeys(
+        result.undetermined, "not determined"
+    )
+    if not any(said.values()):
+        return table
+    rows = [(*row, said[name]) for row, name in zip(table.rows, result.names, strict=True)]
+    return page.Table((*table.columns, "note"), rows, table.numeric, caption)
 
 
 def _correlations(result: FitResult) -> page.Table:
     spread = np.sqrt(np.diag(result.covariance))
-    correlation = result.covariance / np.outer(spread, spread)
+    with np.errstate(invalid="ignore"):
+        # Infinite variances have none.
+        correlation = result.covariance / np.outer(spread, spread)
     cells = [["" if np.isnan(x) else f"{x:.3f}" for x in row] for row in correlation]
     rows = [(name, *row) for name, row in zip(result.names, cells, strict=True)]
     caption = "Correlations of the values; empty for what the data do not determine."
     return page.Table(("", *result.names), rows, frozenset(result.names), caption)
 
 
-def _correlation_of_neighbours(result: FitResult) -> tuple[float, float]:
-    """Lag-one autocorrelation of the residuals of a motion, and its standard deviation for white noise."""
-    if result.t is None or len(result.t) < 3:
-        return np.nan, np.nan
-    residuals = result.residuals.reshape(len(result.t), -1)
-    power = float((residuals**2).sum())
-    if power == 0.0:
-        return np.nan, np.nan
-    return float((residuals[1:] * residuals[:-1]).sum()) / power, 1.0 / np.sqrt(residuals.size)
-
-
-def _places(result: FitResult) -> list[page.Part]:
-    fitted = result.measured + result.residuals
-    if not result.places:
-        numbers = [f"{k + 1}" for k in range(len(fitted))]
-        columns = {"measured (Hz)": result.measured, "fitted (Hz)": fitted, "residual (Hz)": result.residuals}
+def _recording(data: FittedData, title: str) -> page.Section:
+    if not data.places:
+        numbers = [f"{k + 1}" for k in range(len(data.measured))]
+        columns = {
+            "measured (Hz)": data.measured,
+            "fitted (Hz)": data.fitted,
+            "residual (Hz)": data.residuals,
+        }
         table = _table(numbers, columns)
-        return [page.Table(("mode", *table.columns[1:]), table.rows, table.numeric)]
-    x: Array = np.arange(1.0, 1.0 + len(fitted)) if result.t is None else np.asarray(result.t)
-    axis = plots.Axis("shape" if result.t is None else "time (s)")
+        return page.Section(title, [page.Table(("mode", *table.columns[1:]), table.rows, table.numeric)])
+    x: Array = np.arange(1.0, 1.0 + len(data.measured)) if data.t is None else np.asarray(data.t)
+    axis = plots.Axis("shape" if data.t is None else "time (s)")
     rows = []
-    for k, place in enumerate(result.places[:PLACES]):
+    for k, place in enumerate(data.places[:PLACES]):
         both, rest = [], []
         for i, (name, colour) in enumerate(zip("xyz", theme.SERIES, strict=False)):
-            both.append(plots.Curve(name, x, fitted[:, k, i], colour))
-            both.append(plots.Curve("", x, result.measured[:, k, i], colour, joined=False, mark="disc"))
+            both.append(plots.Curve(name, x, data.fitted[:, k, i], colour))
+            both.append(plots.Curve("", x, data.measured[:, k, i], colour, joined=False, mark="disc"))
             rest.append(
-                plots.Curve(
-                    name, x, result.residuals[:, k, i], colour, joined=result.t is not None, mark="disc"
-                )
+                plots.Curve(name, x, data.residuals[:, k, i], colour, joined=data.t is not None, mark="disc")
             )
         rows.append(
             [
@@ -221,8 +254,8 @@ def _places(result: FitResult) -> list[page.Part]:
                 plots.Plot(axis, plots.Axis("residual (m)"), rest),
             ]
         )
-    more = f" The first {PLACES} of {len(result.places)} places." if len(result.places) > PLACES else ""
+    more = f" The first {PLACES} of {len(data.places)} places." if len(data.places) > PLACES else ""
     caption = (
         f"Measured positions as discs, the fitted model as lines; residuals are model minus measured.{more}"
     )
-    return [page.Figure(plots.Figure(rows, 260, ""), caption)]
+    return page.Section(title, [page.Figure(plots.Figure(rows, 260, ""), caption)])

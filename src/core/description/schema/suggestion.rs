@@ -3,10 +3,51 @@
 /// Smallest similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested.
 const SIMILARITY: f64 = 0.8;
 
-/// The known word most similar to `word`, if any is similar enough; the first one of equals.
+/// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
+const SYMBOLS: [(&str, &[&str]); 29] = [
+    ("E", &["young_modulus"]),
+    ("G", &["shear_modulus"]),
+    ("nu", &["poisson_ratio"]),
+    ("rho", &["density", "rho_inf"]),
+    ("L", &["length"]),
+    ("l", &["length"]),
+    ("R", &["radius"]),
+    ("r", &["radius"]),
+    ("A", &["area", "amplitude"]),
+    ("I", &["inertia"]),
+    ("m", &["mass", "tip_mass"]),
+    ("g", &["gravity"]),
+    ("k", &["stiffness"]),
+    ("c", &["damping"]),
+    ("d", &["damping"]),
+    ("mu", &["friction"]),
+    ("tau", &["torque", "retardation_time"]),
+    ("F", &["force", "tip_force"]),
+    ("M", &["moment", "tip_moment"]),
+    ("T", &["tension"]),
+    ("p", &["pressure"]),
+    ("f", &["frequency"]),
+    ("explicit", &["rk45"]),
+    ("implicit", &["newmark"]),
+    ("stiff", &["radau"]),
+    ("ode45", &["rk45"]),
+    ("ode15s", &["radau"]),
+    ("bdf", &["radau"]),
+    ("lsoda", &["auto"]),
+];
+
+/// The known word that a symbol stands for, or the one most similar to `word`, if any is similar enough; the first one of
+/// equals.
 pub fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let known: Vec<_> = known.collect();
+    if let Some((_, names)) = SYMBOLS.iter().find(|(symbol, _)| *symbol == word)
+        && let Some(found) = names.iter().find_map(|name| known.iter().find(|other| *other == name))
+    {
+        return Some(found);
+    }
     let word = word.to_lowercase();
     known
+        .into_iter()
         .map(|other| (strsim::jaro_winkler(&word, other), other))
         .filter(|(similarity, _)| *similarity >= SIMILARITY)
         .min_by(|a, b| b.0.total_cmp(&a.0))
@@ -47,4 +88,20 @@ pub fn expected_name(name: &str, names: &[&str], what: &str) -> String {
 /// The most similar of some names, unless they are too many to compare.
 pub fn similar<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
     if names.len() <= COMPARED { suggestion(name, names.iter().copied()) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OF_SEGMENT: [&str; 5] = ["length", "radius", "young_modulus", "shear_modulus", "retardation_time"];
+
+    #[test]
+    fn symbols_stand_for_names_that_are_known() {
+        let meant = |word| suggestion(word, OF_SEGMENT.into_iter());
+        assert_eq!(["E", "G", "L", "r", "tau"].map(meant), [2, 3, 0, 1, 4].map(|i| Some(OF_SEGMENT[i])));
+        // Neither symbols of what is not there, nor their letters in other words.
+        assert_eq!(["rho", "F", "e"].map(meant), [None; 3]);
+        assert_eq!(meant("youngs_modulus"), Some("young_modulus"));
+    }
 }

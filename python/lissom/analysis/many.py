@@ -1,0 +1,228 @@
+"""Equilibria of a model under many inputs, from many starts, or of many models."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._lissom import Model, StaticsResult, finite_array, machine, statics
+from ..common.arguments import flag, keywords, number, whole
+from .base import ReadOnly
+from .equilibria import OF_STATICS
+
+Array = NDArray[np.float64]
+
+#: Options that are those of `statics`.
+OPTIONS = (*OF_STATICS, "stability")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EquilibriaResult(ReadOnly):
+    """Equilibria, one a row.
+
+    Attributes
+    ----------
+    q : ndarray, shape (k, n)
+        Coordinates; where no equilibrium was found, those at which the search ended. NaN in rows that Ctrl-C
+        left out.
+    success : ndarray of bool, shape (k,)
+        Whether an equilibrium was found.
+    status : ndarray of str, shape (k,)
+        As of `StaticsResult`, or 'not_run' after Ctrl-C.
+    message : tuple of str
+        The statuses in words.
+    is_stable : tuple of (bool or None)
+        As of `StaticsResult`.
+    residual_norm : ndarray, shape (k,)
+        As of `StaticsResult`.
+    nit : ndarray of int, shape (k,)
+        Numbers of iterations.
+    """
+
+    # Pickles refer to the class by this module.
+    __module__ = "lissom"
+
+    q: Array
+    success: NDArray[np.bool_]
+    status: NDArray[np.str_]
+    message: tuple[str, ...]
+    is_stable: tuple[bool | None, ...]
+    residual_norm: Array
+    nit: NDArray[np.int64]
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def __repr__(self) -> str:
+        found = int(self.success.sum())
+        return f"<EquilibriaResult: {found} of {len(self)} equilibria found, n = {self.q.shape[1]}>"
+
+
+def statics_many(
+    model: Model | Iterable[Model],
+    u: ArrayLike | None = None,
+    q0: ArrayLike | None = None,
+    *,
+    t: float = 0.0,
+    follow: bool = False,
+    workers: int | None = None,
+    **options: Any,
+) -> EquilibriaResult:
+    """Find many equilibria: of a model under many inputs, from many starts, or of many models.
+
+    Every row is what `statics` finds, in threads; or, with `follow`, a quasi-static motion.
+
+    Parameters
+    ----------
+    model : Model, or iterable of Model
+        A model for all rows, or one for each. All must have the same number of coordinates.
+    u : array_like, shape (k, m), optional
+        Inputs of each row; by default those that are the inputs' defaults.
+    q0 : array_like, shape (n,) or (k, n), optional
+        Start of all rows, or of each, as for `statics`.
+    t : float
+        Time, seconds, as for `statics`.
+    follow : bool
+        Start each row at the equilibrium of the one before, as when inputs change slowly from row to row.
+        This is faster for rows that are near each other. Where a model has several equilibria, the row then
+        stays on the branch on which it is; by itself `statics` comes from the rest. Rows after one without
+        equilibrium start as the first.
+    workers : int, optional
+        Number of threads; by default as many as the processor has. Results do not depend on it. With `follow`
+        rows come one after the other.
+    **options
+        `method`, `load_steps`, `tol`, `max_iter`, `max_steps`, `stability` as for `statics`.
+
+    Returns
+    -------
+    EquilibriaResult
+        `q` of shape (k, n), `success`, `status`, `message` and more. Rows without equilibrium do not raise.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Before the first row, if an argument is invalid; with the number of the row if it is one of a row.
+    KeyboardInterrupt
+        On Ctrl-C. Its attribute `result` is the EquilibriaResult with the rows until then.
+
+    Examples
+    --------
+    >>> import lissom, numpy as np
+    >>> finger = lissom.Segment(0.2, 0.01, 3e5, poisson_ratio=0.45, density=1100, modes={"bend_y": 3})
+    >>> pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.006))], tension=lissom.Input("pull", 0.0))
+    >>> rod = lissom.Rod([finger], actuators=[pull])
+    >>> found = lissom.statics_many(rod, np.linspace(0, 4, 100)[:, None])
+    >>> found
+    <EquilibriaResult: 100 of 100 equilibria found, n = 3>
+    >>> rod.pose(found.q)[:, :3, 3].shape  # tips
+    (100, 3)
+    """
+    keywords("statics_many", options, ("u", "q0", "t", "follow", "workers", *OPTIONS))
+    models = _models(model)
+    n = models[0].n
+    inputs = None if u is None else _rows("u", u, len(models[0].inputs), "inputs")
+    starts = None if q0 is None else finite_array(q0, "q0")
+    if starts is not None and starts.ndim != 1:
+        starts = _rows("q0", starts, n, "coordinates")
+    elif starts is not None and starts.shape != (n,):
+        raise ValueError(f"q0: got shape {starts.shape}, expected ({n},) or (k, {n})")
+    count = _count(models, inputs, starts)
+    time, follows = number("t", t), flag("follow", follow)
+    if workers is not None and whole("workers", workers) < 1:
+        raise ValueError(f"workers: got {workers!r}, expected a whole number > 0")
+
+    def row(i: int, start: Array | None) -> StaticsResult:
+        one = models[i if len(models) > 1 else 0]
+        try:
+            return statics(one, start, t=time, u=None if inputs is None else inputs[i], **options)
+        except (ValueError, TypeError) as error:
+            raise type(error)(f"row {i}: {error}") from None
+
+    def start(i: int) -> Array | None:
+        return starts[i] if starts is not None and starts.ndim == 2 else starts
+
+    found: list[StaticsResult | None] = [None] * count
+    try:
+        if follows:
+            last = None
+            for i in range(count):
+                found[i] = one = row(i, start(i) if last is None else last)
+                last = one.q if one.success else None
+        else:
+            for i, one in enumerate(_in_threads(lambda i: row(i, start(i)), count, workers)):
+                found[i] = one
+    except KeyboardInterrupt as error:
+        error.result = _collected(found, n)  # type: ignore[attr-defined]
+        raise
+    return _collected(found, n)
+
+
+def _in_threads(function: Any, count: int, workers: int | None) -> Iterator[StaticsResult]:
+    """Results in order; threads that have not begun are cancelled where one fails."""
+    with ThreadPoolExecutor(workers or machine()[1]) as executor:
+        try:
+            # The first alone, so that what is wrong with all rows is raised at once.
+            yield function(0)
+            yield from executor.map(function, range(1, count))
+        except BaseException:
+            executor.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def _models(model: Any) -> list[Model]:
+    if isinstance(model, Model):
+        return [model]
+    try:
+        models = list(model)
+    except TypeError:
+        models = []
+    for i, one in enumerate(models):
+        if not isinstance(one, Model):
+            raise TypeError(
+                f"model[{i}]: expected a Model (Rod, Robot, SpringPendulum), got {type(one).__name__}"
+            )
+        if one.n != models[0].n or one.inputs != models[0].inputs:
+            raise ValueError(
+                f"model[{i}]: got one with {one.n} coordinates and {len(one.inputs)} inputs, expected those "
+                f"of model[0]: {models[0].n} and {len(models[0].inputs)}"
+            )
+    if not models:
+        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    return models
+
+
+def _rows(name: str, values: ArrayLike, width: int, what: str) -> Array:
+    rows = finite_array(values, name)
+    if rows.ndim != 2 or rows.shape[1] != width or not len(rows):
+        raise ValueError(f"{name}: got shape {rows.shape}, expected (k, {width}): (rows, {what})")
+    return rows
+
+
+def _count(models: list[Model], inputs: Array | None, starts: Array | None) -> int:
+    """The number of rows on which models, inputs and starts agree."""
+    counts = {"model": len(models)} if len(models) > 1 else {}
+    if inputs is not None:
+        counts["u"] = len(inputs)
+    if starts is not None and starts.ndim == 2:
+        counts["q0"] = len(starts)
+    if len(set(counts.values())) > 1:
+        listed = ", ".join(f"{count} of {name}" for name, count in counts.items())
+        raise ValueError(f"{list(counts)[-1]}: got {listed}, expected as many rows of each")
+    return next(iter(counts.values()), 1)
+
+
+def _collected(found: list[StaticsResult | None], n: int) -> EquilibriaResult:
+    return EquilibriaResult(
+        q=np.array([np.full(n, np.nan) if one is None else one.q for one in found]).reshape(len(found), n),
+        success=np.array([one is not None and one.success for one in found]),
+        status=np.array(["not_run" if one is None else one.status for one in found]),
+        message=tuple("Not run." if one is None else one.message for one in found),
+        is_stable=tuple(None if one is None else one.is_stable for one in found),
+        residual_norm=np.array([np.nan if one is None else one.residual_norm for one in found]),
+        nit=np.array([0 if one is None else one.nit for one in found]),
+    )
