@@ -134,7 +134,7 @@ class Page:
 
 
 def render(page: Page) -> str:
-    """Render the page as one HTML text, about 80 kB of which are the player."""
+    """Render the page as one HTML text, about 110 kB of which are the player."""
     drawn = _drawn([part for section in page.sections for part in section.parts])
     numbers = {id(part): i for i, part in enumerate(drawn)}
     script = modules.script("page") if drawn else ""

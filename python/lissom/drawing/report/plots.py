@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .packing import Numbers
+from .packing import Numbers, Type
 
 #: Name of the clock of a report's motion, which synchronises curves over time.
 MOTION = "motion"
@@ -93,11 +93,11 @@ class Figure:
 class _SharedArrays:
     """Arrays for packing: an array shared by several curves remains shared."""
 
-    known: dict[tuple[int, bool], Numbers] = field(default_factory=dict)
+    known: dict[tuple[int, Type], Numbers] = field(default_factory=dict)
 
-    def numbers(self, values: NDArray[Any], log: bool) -> Numbers:
-        key = (id(values), log)
-        return self.known.setdefault(key, Numbers(values, "f4" if log else "u2"))
+    def numbers(self, values: NDArray[Any], log: bool, kind: Type = "u2") -> Numbers:
+        kind = "f4" if log else kind
+        return self.known.setdefault((id(values), kind), Numbers(values, kind))
 
 
 def document(figure: Figure) -> dict[str, Any]:
@@ -123,7 +123,7 @@ def _plot(plot: Plot, arrays: _SharedArrays) -> dict[str, Any]:
         "curves": [
             {
                 **vars(curve),
-                "x": arrays.numbers(curve.x, plot.x.log),
+                "x": arrays.numbers(curve.x, plot.x.log, "u4"),
                 "y": arrays.numbers(curve.y, plot.y.log),
             }
             for curve in plot.curves

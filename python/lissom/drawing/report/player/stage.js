@@ -14,7 +14,7 @@ const CELLS = 8;
 
 export class Stage {
   constructor(canvas, scene, camera) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
+    const gl = canvas.getContext("webgl2", { antialias: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
     Object.assign(this, { canvas, scene, camera, gl });
     this.hidden = new Set();
@@ -52,6 +52,13 @@ export class Stage {
       low: dot(middle, up),
       tall: Math.max(box[ground.axis], 0.3 * size),
     };
+  }
+
+  /** Graphics cards draw up to some size only. */
+  check() {
+    const { gl, canvas } = this;
+    if (gl.drawingBufferWidth === canvas.width && gl.drawingBufferHeight === canvas.height) return;
+    throw new Error(`${canvas.width} x ${canvas.height} pixels are more than this graphics card draws`);
   }
 
   makeShadow() {
@@ -147,7 +154,7 @@ export class Stage {
     const { matrix, eye, right, up, back } = camera.look();
     this.matrix = matrix;
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    gl.clearColor(...look.ground, 1);
+    gl.clearColor(...scale(look.ground, look.opacity), look.opacity);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
