@@ -221,6 +221,63 @@ def test_keys_pointer_and_wheel_move_the_camera(opened):
         assert abs(back[axis]) > 0.999, view
 
 
+def test_views_along_an_axis_are_to_scale(opened):
+    """Equal lengths near and far are equal there, as the bar says; the first view is in perspective."""
+    shown = opened("motion")
+    lengths = """
+        const { matrix } = player.camera.look(), { low, high } = player.camera, [width, height] = [
+          player.view.clientWidth, player.view.clientHeight];
+        const at = (...place) => {
+          const [x, y, , w] = [0, 1, 2, 3].map((row) =>
+            [...place, 1].reduce((sum, value, k) => sum + matrix[4 * k + row] * value, 0));
+          return [x / w, y / w];
+        };
+        // Along x, at the near and at the far side of the box, pixels.
+        return [low[1], high[1]].map((y) => {
+          const [a, b] = [at(low[0], y, low[2]), at(high[0], y, low[2])];
+          return 0.5 * Math.hypot(width * (b[0] - a[0]), height * (b[1] - a[1]));
+        });"""
+    near, far = shown.run(lengths)
+    assert near > 1.05 * far
+    shown.page.get_by_role("button", name="view: front").click()
+    shown.page.wait_for_function("() => document.querySelector('.player').player.camera.isParallel")
+    shown.page.wait_for_timeout(100)
+    near, far = shown.run(lengths)
+    assert near == pytest.approx(far, rel=1e-5)
+    metre = shown.run("return player.view.clientHeight / (2 * player.camera.reach)")
+    assert near == pytest.approx(
+        shown.run("return player.camera.high[0] - player.camera.low[0]") * metre, rel=1e-5
+    )
+    # The whole box is seen.
+    assert near < shown.run("return player.view.clientWidth")
+    shown.page.get_by_role("button", name="view: fit").click()
+    shown.page.wait_for_function("() => document.querySelector('.player').player.camera.isHome")
+    near, far = shown.run(lengths)
+    assert near > 1.05 * far
+
+
+def test_obstacles_are_seen_through(opened):
+    """A sphere stands around the tip: the tip is seen in it, in other colours than without it."""
+    shown = opened("inside")
+    picture = "player.draw(); return player.canvas.toDataURL()"
+
+    def layers(*hidden):
+        url = shown.run(f"player.stage.hidden = new Set({list(hidden)}); {picture}")
+        content = base64.b64decode(url.partition(",")[2])
+        return np.asarray(Image.open(io.BytesIO(content)).convert("RGB"), float)
+
+    whole, alone, empty, around = layers(), layers("obstacles"), layers("obstacles", "rods"), layers("rods")
+    is_rod = np.abs(alone - empty).max(axis=-1) > 40
+    is_inside = is_rod & (np.abs(around - empty).max(axis=-1) > 20)
+    assert is_inside.sum() > 100
+    assert (is_rod & ~is_inside).sum() > 100
+    # Half of it is the sphere, half is what is behind.
+    behind = alone[is_inside] - empty[is_inside]
+    seen = whole[is_inside] - around[is_inside]
+    share = (seen * behind).sum() / (behind * behind).sum()
+    assert 0.35 < share < 0.65
+
+
 def test_two_fingers_zoom_and_one_finger_turns(opened):
     shown = opened("motion", 390, 844, touch=True)
     before, after = shown.run(
@@ -386,7 +443,9 @@ def test_films_have_each_picture_at_its_time(opened, browser, tmp_path):
     size, duration, frame = page.evaluate(
         """async (film) => {
           const video = document.createElement('video');
-          const heard = (name) => new Promise((resolve) => video.addEventListener(name, resolve, { once: true }));
+          const heard = (name) => new Promise((resolve) => {
+            video.addEventListener(name, resolve, { once: true });
+          });
           video.src = `data:video/webm;base64,${film}`;
           await heard('loadeddata');
           const moved = heard('seeked');
@@ -419,7 +478,10 @@ def test_a_film_can_be_stopped(opened):
     shown.page.wait_for_function(
         "() => document.querySelector('.status').textContent === 'WebM not made: it was stopped'"
     )
-    assert shown.run("return [player.isSaving, player.laid.width === player.view.clientWidth]") == [False, True]
+    assert shown.run("return [player.isSaving, player.laid.width === player.view.clientWidth]") == [
+        False,
+        True,
+    ]
 
 
 def test_plots_are_saved_as_vectors_pixels_and_numbers(opened, tmp_path):

@@ -5,11 +5,11 @@ by a reference, and encodes the numbers of all arrays in one text:
 
     {"array": [first byte, type, shape, low, step]}
 
-``type`` is ``u1``, ``u2`` or ``u4`` for integers of one, two or four bytes, or ``f4`` for single precision. The integer n
-stands for ``low + n step``; the largest n stands for NaN. Integers are stored as differences along the first
-axis, so that slow changes compress well. Of longer integers all lowest bytes precede all next ones. ``low``
-and ``step`` are single numbers, or one per entry of a short last axis, so that a small displacement beside a
-large one keeps its digits. ``player/unpack.js`` decodes the text.
+``type`` is ``u1``, ``u2`` or ``u4`` for integers of one, two or four bytes, or ``f4`` for single
+precision. The integer n stands for ``low + n step``; the largest n stands for NaN. Integers are stored as
+differences along the first axis, so that slow changes compress well. Of longer integers all lowest bytes
+precede all next ones. ``low`` and ``step`` are single numbers, or one per entry of a short last axis, so that
+a small displacement beside a large one keeps its digits. ``player/unpack.js`` decodes the text.
 """
 
 from __future__ import annotations
