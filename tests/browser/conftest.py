@@ -74,7 +74,18 @@ def folder(tmp_path_factory):
     study_reports.write(studies.study_modes(scene, rest), made / "modes.html")
     column, path = turning_path()
     path.report(made / "path.html", column)
+    inside_a_sphere().report(made / "inside.html")
     return made
+
+
+def inside_a_sphere():
+    """A rod whose tip is in a sphere, which touches only a ball near its base."""
+    segment = lissom.Segment(0.2, 0.008, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1})
+    around = lissom.Contact(
+        lissom.Ball("rod", 0.001, at=0.05), lissom.Sphere((0.2, 0.0, 0.0), 0.05), stiffness=1.0
+    )
+    rod = lissom.Robot([lissom.Link("rod", rod=[segment])], gravity=(0, 0, 0), contacts=[around])
+    return lissom.simulate(rod, 0.01, dt=1e-3)
 
 
 def turning_path():

@@ -1,15 +1,18 @@
 """Reports in a browser: contents, playback, keys and touch, saved files."""
 
 import base64
+import csv
 import io
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from PIL import Image
 
-from conftest import turning_path
+import lissom
+from conftest import ROD, turning_path
 
 PICTURES = Path(__file__).parent / "pictures"
 
@@ -57,6 +60,7 @@ LAID = """() => {
     curves: canvases.map((canvas) => [canvas.width / canvas.offsetWidth, colours(canvas)]),
     view: view.querySelector('canvas').width / view.offsetWidth,
     still: still && [still.width / view.offsetWidth, colours(still)],
+    corner: still && [...still.getContext('2d').getImageData(0, 0, 1, 1).data],
     ground: getComputedStyle(document.body).getPropertyValue('--view').trim(),
   };
 }"""
@@ -74,7 +78,8 @@ def test_paper_shows_stills_and_all_plots(dark, opened, tmp_path):
     assert before["still"] is None
     page.evaluate("() => dispatchEvent(new Event('beforeprint'))")
     paper = page.evaluate(LAID)
-    assert paper["ground"] == "#eef2f7"
+    assert paper["ground"] == "#ffffff"
+    assert paper["corner"] == [255, 255, 255, 255]
     # Three pixels for each of the page: 288 an inch.
     assert [round(ratio) for ratio, _ in paper["curves"]] == [3] * len(before["curves"])
     assert min(count for _, count in paper["curves"]) > 10
@@ -216,6 +221,63 @@ def test_keys_pointer_and_wheel_move_the_camera(opened):
         assert abs(back[axis]) > 0.999, view
 
 
+def test_views_along_an_axis_are_to_scale(opened):
+    """Equal lengths near and far are equal there, as the bar says; the first view is in perspective."""
+    shown = opened("motion")
+    lengths = """
+        const { matrix } = player.camera.look(), { low, high } = player.camera, [width, height] = [
+          player.view.clientWidth, player.view.clientHeight];
+        const at = (...place) => {
+          const [x, y, , w] = [0, 1, 2, 3].map((row) =>
+            [...place, 1].reduce((sum, value, k) => sum + matrix[4 * k + row] * value, 0));
+          return [x / w, y / w];
+        };
+        // Along x, at the near and at the far side of the box, pixels.
+        return [low[1], high[1]].map((y) => {
+          const [a, b] = [at(low[0], y, low[2]), at(high[0], y, low[2])];
+          return 0.5 * Math.hypot(width * (b[0] - a[0]), height * (b[1] - a[1]));
+        });"""
+    near, far = shown.run(lengths)
+    assert near > 1.05 * far
+    shown.page.get_by_role("button", name="view: front").click()
+    shown.page.wait_for_function("() => document.querySelector('.player').player.camera.isParallel")
+    shown.page.wait_for_timeout(100)
+    near, far = shown.run(lengths)
+    assert near == pytest.approx(far, rel=1e-5)
+    metre = shown.run("return player.view.clientHeight / (2 * player.camera.reach)")
+    assert near == pytest.approx(
+        shown.run("return player.camera.high[0] - player.camera.low[0]") * metre, rel=1e-5
+    )
+    # The whole box is seen.
+    assert near < shown.run("return player.view.clientWidth")
+    shown.page.get_by_role("button", name="view: fit").click()
+    shown.page.wait_for_function("() => document.querySelector('.player').player.camera.isHome")
+    near, far = shown.run(lengths)
+    assert near > 1.05 * far
+
+
+def test_obstacles_are_seen_through(opened):
+    """A sphere stands around the tip: the tip is seen in it, in other colours than without it."""
+    shown = opened("inside")
+    picture = "player.draw(); return player.canvas.toDataURL()"
+
+    def layers(*hidden):
+        url = shown.run(f"player.stage.hidden = new Set({list(hidden)}); {picture}")
+        content = base64.b64decode(url.partition(",")[2])
+        return np.asarray(Image.open(io.BytesIO(content)).convert("RGB"), float)
+
+    whole, alone, empty, around = layers(), layers("obstacles"), layers("obstacles", "rods"), layers("rods")
+    is_rod = np.abs(alone - empty).max(axis=-1) > 40
+    is_inside = is_rod & (np.abs(around - empty).max(axis=-1) > 20)
+    assert is_inside.sum() > 100
+    assert (is_rod & ~is_inside).sum() > 100
+    # Half of it is the sphere, half is what is behind.
+    behind = alone[is_inside] - empty[is_inside]
+    seen = whole[is_inside] - around[is_inside]
+    share = (seen * behind).sum() / (behind * behind).sum()
+    assert 0.35 < share < 0.65
+
+
 def test_two_fingers_zoom_and_one_finger_turns(opened):
     shown = opened("motion", 390, 844, touch=True)
     before, after = shown.run(
@@ -290,21 +352,21 @@ def test_tubes_have_their_true_sections(opened):
     assert min(corner) >= 0.005 * 0.998
 
 
-@pytest.mark.parametrize("kind", ["PNG", "GIF", "WebM"])
+def saved(shown, name, tmp_path):
+    """Name and content of the file that a button saves."""
+    with shown.page.expect_download() as waited:
+        shown.page.get_by_role("button", name=name, exact=True).locator("visible=true").first.click()
+    waited.value.save_as(tmp_path / "file")
+    return waited.value.suggested_filename, (tmp_path / "file").read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["PNG", "GIF"])
 def test_what_is_saved_is_what_is_shown(kind, opened, tmp_path):
     shown = opened("motion", 500, 700)
     # A tenth of the motion.
     shown.run("clock.end = 0.3; clock.seek(0.1)")
-    with shown.page.expect_download() as waited:
-        shown.page.get_by_role("button", name=f"save as {kind}").click()
-    path = tmp_path / "file"
-    waited.value.save_as(path)
-    assert waited.value.suggested_filename == f"Whip.{kind.lower()}"
-    content = path.read_bytes()
-    if kind == "WebM":
-        assert content[:4] == b"\x1aE\xdf\xa3", "EBML"
-        assert len(content) > 1000
-        return
+    name, content = saved(shown, f"save as {kind}", tmp_path)
+    assert name == f"Whip.{kind.lower()}"
     picture = Image.open(io.BytesIO(content))
     assert picture.format == kind
     if kind == "GIF":
@@ -324,6 +386,140 @@ def test_what_is_saved_is_what_is_shown(kind, opened, tmp_path):
     else:
         colours = np.unique(np.asarray(picture.convert("RGB")).reshape(-1, 3), axis=0)
         assert len(colours) > 200
+
+
+@pytest.mark.parametrize("size", ["as shown", "1920 × 1080", "3840 × 2160"])
+def test_pictures_have_the_size_that_was_picked(size, opened, tmp_path):
+    """Also after a motion that is drawn with fewer pixels, as on machines without a graphics card."""
+    shown = opened("motion", 900, 700)
+    laid = "return [player.view.clientWidth, player.view.clientHeight]"
+    wanted = shown.run(laid) if size == "as shown" else [int(side) for side in size.split(" × ")]
+    coarse = shown.run("player.ratio = 0.6; player.resize(); return player.canvases[0].width")
+    shown.page.get_by_label("Size of files").select_option(size)
+    picture = Image.open(io.BytesIO(saved(shown, "save as PNG", tmp_path)[1]))
+    assert list(picture.size) == wanted
+    assert coarse < wanted[0]
+    assert shown.run("return player.canvases[0].width") == coarse, "the view is as before"
+    # Letters have the same share of all fixed sizes.
+    if size != "as shown":
+        small = np.asarray(picture.convert("L").resize((1920, 1080)), float)
+        label = small[20:50, 18:140] < 128
+        assert 0.1 < label.mean() < 0.5
+
+
+def test_transparent_pictures_have_no_background(opened, tmp_path):
+    shown = opened("motion", 900, 700)
+    solid, clear = (
+        np.asarray(Image.open(io.BytesIO(saved(shown, f"save as {kind}", tmp_path)[1])).convert("RGBA"))
+        for kind in ("PNG", "PNG, transparent")
+    )
+    assert (solid[..., 3] == 255).all()
+    assert (clear[..., 3] == 0).mean() > 0.4
+    is_solid = clear[..., 3] == 255
+    assert is_solid.mean() > 0.02
+    np.testing.assert_array_equal(clear[is_solid], solid[is_solid])
+    # Before the background of the view it is the other picture, up to the rounding of eight bits.
+    share = clear[..., 3:] / 255
+    together = share * clear[..., :3] + (1 - share) * solid[60, 3, :3]
+    assert np.quantile(np.abs(together - solid[..., :3]), 0.999) <= 3.0
+
+
+def test_films_have_each_picture_at_its_time(opened, browser, tmp_path):
+    """Thirty pictures a second of the size that was picked, however slowly they are drawn."""
+    shown = opened("motion", 900, 700)
+    shown.run("clock.end = 0.5; clock.seek(0.1)")
+    shown.page.get_by_label("Size of files").select_option("1920 × 1080")
+    name, content = saved(shown, "save as WebM", tmp_path)
+    assert name == "Whip.webm"
+    drawn = shown.run(
+        """
+        player.lay({ width: 960, height: 540, ratio: 1 });
+        player.draw(0.4);
+        return player.canvases[0].toDataURL();
+        """
+    )
+    # A browser plays it and finds any time in it.
+    page = browser.new_page()
+    size, duration, frame = page.evaluate(
+        """async (film) => {
+          const video = document.createElement('video');
+          const heard = (name) => new Promise((resolve) => {
+            video.addEventListener(name, resolve, { once: true });
+          });
+          video.src = `data:video/webm;base64,${film}`;
+          await heard('loadeddata');
+          const moved = heard('seeked');
+          video.currentTime = 0.401;
+          await moved;
+          const canvas = Object.assign(document.createElement('canvas'), { width: 960, height: 540 });
+          canvas.getContext('2d').drawImage(video, 0, 0, 960, 540);
+          return [[video.videoWidth, video.videoHeight], video.duration, canvas.toDataURL()];
+        }""",
+        base64.b64encode(content).decode(),
+    )
+    page.close()
+    assert size == [1920, 1080]
+    assert duration == pytest.approx(16 / 30)
+    of_film, of_view = (
+        np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))).convert("RGB"), float)
+        for url in (frame, drawn)
+    )
+    # Apart from what is written.
+    assert np.abs(of_film - of_view)[60:480].mean() < 4.0
+    other = np.abs(of_view - np.roll(of_view, 12, axis=0))[60:480].mean()
+    assert np.abs(of_film - of_view)[60:480].mean() < 0.5 * other
+
+
+def test_a_film_can_be_stopped(opened):
+    shown = opened("motion", 900, 700)
+    shown.page.get_by_label("Size of files").select_option("3840 × 2160")
+    shown.page.get_by_role("button", name="save as WebM").click()
+    shown.page.get_by_role("button", name="Stop").click()
+    shown.page.wait_for_function(
+        "() => document.querySelector('.status').textContent === 'WebM not made: it was stopped'"
+    )
+    assert shown.run("return [player.isSaving, player.laid.width === player.view.clientWidth]") == [
+        False,
+        True,
+    ]
+
+
+def test_plots_are_saved_as_vectors_pixels_and_numbers(opened, tmp_path):
+    """In light colours on a dark page, with a legend, and without the curves that are hidden."""
+    shown = opened("motion", 900, 700, "dark")
+    shown.page.wait_for_function(READY)
+    energy = shown.page.locator("section", has=shown.page.get_by_role("heading", name="Energy"))
+    energy.get_by_role("button", name="elastic").click()
+    files = {}
+    for kind in ("SVG", "PNG", "CSV"):
+        with shown.page.expect_download() as waited:
+            energy.get_by_role("button", name=f"save the plots as {kind}").first.click()
+        assert waited.value.suggested_filename == f"Whip-energy.{kind.lower()}"
+        waited.value.save_as(tmp_path / kind)
+        files[kind] = (tmp_path / kind).read_bytes()
+    root = ElementTree.fromstring(files["SVG"])
+    space = "{http://www.w3.org/2000/svg}"
+    texts = [text.text for text in root.iter(f"{space}text")]
+    assert {"energy (J)", "time (s)", "kinetic", "total"} <= set(texts)
+    assert "elastic" not in texts
+    assert root.find(f"{space}rect").get("fill") == "#ffffff"
+    assert "#1c2330" in {text.get("fill") for text in root.iter(f"{space}text")}, "ink of light pages"
+    width, height = float(root.get("width")), float(root.get("height"))
+    picture = Image.open(io.BytesIO(files["PNG"])).convert("RGB")
+    assert picture.size == (3 * width, 3 * height)
+    assert picture.getpixel((1, 3 * height - 1)) == (255, 255, 255)
+    assert len(picture.getcolors(1 << 24)) > 50
+
+    rows = list(csv.reader(io.StringIO(files["CSV"].decode("utf-8"), newline="")))
+    assert rows[0][:2] == ["time (s)", "energy (J): kinetic"]
+    assert "energy (J): elastic" not in rows[0]
+    values = np.array(rows[1:], float)
+    motion = lissom.Scene.loads(ROD).run()
+    at = np.searchsorted(motion.t, values[:, 0] - 1e-6)
+    np.testing.assert_allclose(values[:, 0], motion.t[at], rtol=1e-6)
+    kinetic, stored = motion.balance.kinetic[at], values[:, rows[0].index("energy (J): kinetic")]
+    np.testing.assert_allclose(stored, kinetic, rtol=0, atol=1.1 * np.ptp(kinetic) / 65_533)
+    assert stored[0] == kinetic[0] == 0.0
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

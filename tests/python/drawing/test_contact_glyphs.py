@@ -73,6 +73,8 @@ def test_fields_and_meshes_are_drawn_by_lines_on_them():
     assert pushes.layer == "contact"
     assert {thing.layer for thing in things[:3]} == {"obstacles"}
     assert bars.radius == [0.1]
+    # What moves behind obstacles is seen.
+    assert bars.opacity == contacts.OPACITY < 1.0
     # Every height twice: along its row and its column. The axes are turned about x by 2 acos(0.8).
     found = lines.points[0][~np.isnan(lines.points[0, :, 0])] - [1, 2, -3]
     assert len(found) == 12

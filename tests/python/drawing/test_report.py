@@ -8,6 +8,7 @@ import re
 import zlib
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,8 +16,9 @@ import xarray
 
 import lissom
 from lissom.drawing import report
-from lissom.drawing.report import layers, motion, packing, theme
+from lissom.drawing.report import curves, layers, motion, packing, plots, theme
 from lissom.drawing.report import page as pages
+from lissom.drawing.report.numerals import typeset
 from lissom.results.files import trajectory
 from lissom.results.netcdf import written
 from lissom.results.runs import Run, instants
@@ -172,6 +174,8 @@ def test_the_page_is_small_and_has_all_of_the_player(tentacle):
     assert len(text) < 1_000_000
     (script,) = re.findall(r'<script type="module">(.*?)</script>', text, re.DOTALL)
     assert len(script) < 200_000
+    # The name of the elements of SVG looks like an address, but nobody asks there.
+    script = script.replace("http://www.w3.org/2000/svg", "")
     assert not re.search(r"https?:|eval\(|innerHTML|^\s*(import|export)\b", script, re.MULTILINE)
     player = Path(report.__file__).parent / "player"
     for file in player.glob("*.js"):
@@ -266,6 +270,7 @@ def test_what_is_packed_comes_back_as_exact_as_is_said():
         "again": [walk],
         "coarse": packing.Numbers(walk[..., 0], "u1"),
         "powers": packing.Numbers(powers, "f4"),
+        "times": packing.Numbers(0.002 * np.arange(50), "u4"),
         "none": np.zeros((0, 3)),
         "same": np.full((4, 2), 7.25),
         "text": "</script>",
@@ -274,13 +279,89 @@ def test_what_is_packed_comes_back_as_exact_as_is_said():
     assert packed["document"]["walk"] == packed["document"]["again"][0], "packed once"
     found = unpack(packed)
     spans = np.nanmax(walk, axis=(0, 1)) - np.nanmin(walk, axis=(0, 1))
-    assert np.all(np.nanmax(np.abs(found["walk"] - walk), axis=(0, 1)) <= 1.01 * spans / 131_068)
+    assert np.all(np.nanmax(np.abs(found["walk"] - walk), axis=(0, 1)) <= 1.01 * spans / 131_066)
     np.testing.assert_array_equal(np.isnan(found["walk"]), np.isnan(walk))
-    assert np.nanmax(np.abs(found["coarse"] - walk[..., 0])) <= 1.01 * spans[0] / 508
+    assert np.nanmax(np.abs(found["coarse"] - walk[..., 0])) <= 1.01 * spans[0] / 506
+    np.testing.assert_allclose(found["times"], 0.002 * np.arange(50), rtol=0, atol=1e-10)
     np.testing.assert_allclose(found["powers"], powers, rtol=1e-7)
     assert found["none"].shape == (0, 3)
     np.testing.assert_array_equal(found["same"], told["same"])
     assert found["text"] == "</script>"
+
+
+@pytest.mark.parametrize("kind", ["u1", "u2", "u4"])
+@pytest.mark.parametrize("range_", [(-1.3, 0.7), (-0.7, 0.0), (0.0, 0.9), (-1e-7, 1e9)])
+def test_zero_stays_zero(kind, range_):
+    """What does not move yet has no displacement, not half a step of the encoding."""
+    values = np.linspace(*range_, 97)
+    values[[3, 40]] = 0.0
+    found = unpack(packing.pack({"values": packing.Numbers(values, kind)}))["values"]
+    assert (found[[3, 40]] == 0.0).all()
+    step = (range_[1] - range_[0]) / (2 ** (8 * int(kind[1])) - 3)
+    assert np.abs(found - values).max() <= 0.501 * step
+
+
+def test_curves_that_are_rounding_are_zero():
+    """Relative to what has the same unit in the same figure; on logarithmic axes every digit counts."""
+    t, noise = np.linspace(0.0, 1.0, 5), np.array([1e-18, -3e-17, np.nan, 2e-17, 1e-17])
+    big, small = plots.Curve("big", t, 3.0 + t, ""), plots.Curve("noise", t, noise, "")
+
+    def of(*axes_and_curves):
+        rows = [[plots.Plot(plots.Axis("time (s)"), axis, curves)] for axis, curves in axes_and_curves]
+        shown = plots.without_rounding(plots.Figure(rows, 200))
+        return [curve.y for curve in shown.curves]
+
+    zeros = np.where(np.isnan(noise), np.nan, 0.0)
+    beside = of(
+        (plots.Axis("bending about y (rad/m)"), [big]), (plots.Axis("bending about z (rad/m)"), [small])
+    )
+    np.testing.assert_array_equal(beside[1], zeros)
+    np.testing.assert_array_equal(beside[0], big.y)
+    np.testing.assert_array_equal(of((plots.Axis("position (m)"), [big, small]))[1], zeros)
+    of_others = of((plots.Axis("force (N)"), [big]), (plots.Axis("gap (m)"), [small]))
+    np.testing.assert_array_equal(of_others[1], noise)
+    np.testing.assert_array_equal(of((plots.Axis("error (m)", log=True), [big, small]))[1], noise)
+
+
+def test_a_total_that_differs_by_rounding_is_constant(tentacle):
+    balance = tentacle.balance
+    changed = balance.total[0] * (1.0 + np.array([0.0, 1e-16, -3e-16]))
+    terms = {name: np.full(3, 2.0) for name in ("kinetic", "elastic", "gravitational", "loads", "dissipated")}
+    made = SimpleNamespace(
+        t=np.arange(3.0),
+        instants=lambda most: np.arange(3),
+        balance=SimpleNamespace(**terms, work=np.zeros(3), total=changed),
+    )
+    (curve,) = curves.drift(made).curves
+    assert (curve.y == 0.0).all()
+    made.balance.total = changed + np.array([0.0, 1e-9, 0.0])
+    assert curves.drift(made).curves[0].y.max() == pytest.approx(1e-9, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("typed", "printed"),
+    [
+        ("least -3.5e-05, largest 2e+06 N", "least −3.5·10⁻⁵, largest 2·10⁶ N"),
+        ("(-0.1, 0, 1.25e-12) m", "(−0.1, 0, 1.25·10⁻¹²) m"),
+        ("choose rtol=1e-6 or dt=-1", "choose rtol=1e-6 or dt=-1"),
+        ("2026-11-28, link-3, rk45, 0x1e5, 1e-3x", "2026-11-28, link-3, rk45, 0x1e5, 1e-3x"),
+        ("2,424 steps of 1 m/s²", "2,424 steps of 1 m/s²"),
+    ],
+)
+def test_numbers_in_words_are_as_in_print(typed, printed):
+    assert typeset(typed) == printed
+
+
+def test_pages_have_one_notation_for_numbers():
+    """But sources remain as they are."""
+    section = pages.Section(
+        "A",
+        ["1e-05 of it", pages.Table(("a",), [("-2e-07",)], caption="3e-08"), pages.Source("s", "dt = 1e-9")],
+    )
+    text = pages.render(pages.Page("T", "4e-06", [section], advice=["5e-06"], tiles=[("6e-06", "drift")]))
+    for exponent in ("1·10⁻⁵", "−2·10⁻⁷", "3·10⁻⁸", "4·10⁻⁶", "5·10⁻⁶", "6·10⁻⁶", "dt = 1e-9"):
+        assert exponent in text
+    assert re.findall(r"\de-\d", text) == ["1e-9"]
 
 
 def test_beyond_all_numbers_nothing_fails():
@@ -303,7 +384,10 @@ def test_curves_are_told_in_words(tentacle, page):
     (position,) = unpack(page.figures[1])["rows"]
     tip = tentacle.scene.model.pose(tentacle.q)[:, 2, 3]
     assert position[0]["label"].startswith("position of the tip (m) over time (s). x: from ")
-    assert f"z: from {tip[0]:.3g} to {tip[-1]:.3g}, least {tip.min():.3g}" in position[0]["label"]
+    least = f"{tip.min():.3g}"
+    assert least.startswith("-"), "the sign is one of print"
+    told = f"z: from {tip[0]:.3g} to {tip[-1]:.3g}, least {least}".replace("-", "−")
+    assert told in position[0]["label"]
     words = unpack(page.figures[0])["words"]
     assert words.startswith(
         "View in space with rod, forces, moments, supports, gravity, tip, path of the tip"

@@ -114,7 +114,7 @@ class Canvas:
             skin = self._skins[name] = meshes.TubeSkin(thing)
         shade = thing.quantities.get(SHADE)
         colours = theme.sample(theme.ROD_SCALE, skin.middles if shade is None else skin.means(shade[0]))
-        opacity = thing.opacity if thing.opacity < 1.0 else None
+        opacity = _translucent(thing.opacity)
         seen = set()
         for i, vertices in enumerate(skin.vertices(thing.centres[0], turns)):
             of_band = f"{name}/{i + 1}"
@@ -126,8 +126,7 @@ class Canvas:
         vertices, triangles = meshes.strand(thing)
         if len(vertices) == 0:
             return set()
-        opacity = thing.opacity if thing.opacity < 1.0 else None
-        self._mesh(name, vertices, triangles, LEGEND[thing.layer], opacity)
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], _translucent(thing.opacity))
         return {name}
 
     def _mesh(
@@ -154,7 +153,7 @@ class Canvas:
         # Not a moving node: viser shows those earlier than changed meshes, and bodies would run ahead of
         # rods.
         vertices = (unit * np.asarray(thing.size)) @ turn.T + centre
-        self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], _translucent(thing.opacity))
         return {name}
 
     def _dots(self, name: str, thing: Dots) -> set[str]:
@@ -163,7 +162,7 @@ class Canvas:
         if len(points) == 0:
             return set()
         vertices, triangles = meshes.balls(points, thing.radius)
-        self._mesh(name, vertices, triangles, LEGEND[thing.layer], None)
+        self._mesh(name, vertices, triangles, LEGEND[thing.layer], _translucent(thing.opacity))
         return {name}
 
     def _line(self, name: str, thing: Line) -> set[str]:
@@ -202,6 +201,11 @@ class Canvas:
                 head_length=head,
             )
         return {name}
+
+
+def _translucent(opacity: float) -> float | None:
+    """The opacity as viser wants it: none for what is solid, which is drawn without sorting."""
+    return opacity if opacity < 1.0 else None
 
 
 def _rgb(colour: str) -> tuple[int, int, int]:

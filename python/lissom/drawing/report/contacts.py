@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from .layers import Dots, DrawnStates, Line, Solid, Strand, Thing, quaternions
 Array = NDArray[np.float64]
 
 LAYERS: dict[str, str] = {"obstacles": theme.STEEL, "balls": theme.ORANGE, "shapes": theme.ORANGE}
+
+#: Opacity of obstacles: what moves behind or inside them is seen.
+OPACITY = 0.5
 
 #: Half the thickness of the plate that represents a half space, and its margin around the scene, relative to
 #: the size of the scene.
@@ -45,7 +49,10 @@ def contacts(touching: Touching, shown: DrawnStates, low: Array, high: Array) ->
     things: list[Thing] = []
     for name, shape, poses in shapes(touching, shown.q, shown.t):
         if poses is None:
-            things += _obstacle(name, shape, low, high)
+            around = _obstacle(name, shape, low, high)
+            things += [
+                thing if isinstance(thing, Line) else replace(thing, opacity=OPACITY) for thing in around
+            ]
         else:
             things += _moving(name, shape, poses, shown.size)
     return [*things, *balls(touching, shown.q, shown.t), *_forces(touching, shown)]
@@ -82,7 +89,9 @@ def balls(touching: Touching, q: Array, t: Array) -> list[Dots]:
     ]
 
 
-def _obstacle(name: str, obstacle: Obstacle, low: Array, high: Array) -> list[Thing]:
+def _obstacle(
+    name: str, obstacle: Obstacle, low: Array, high: Array
+) -> Sequence[Solid | Dots | Strand | Line]:
     if isinstance(obstacle, HalfSpace):
         return [plate(name, obstacle, low, high)]
     if isinstance(obstacle, Box):

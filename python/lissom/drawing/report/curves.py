@@ -34,6 +34,9 @@ TIME = Axis("time (s)")
 #: Axis of a plot above others, which share the time axis below.
 UNNAMED = Axis("")
 
+#: Rounding of a sum of energies, relative to the largest of its terms.
+ROUNDING = 8.0 * np.finfo(float).eps
+
 #: Heights of a row in pixels: with several plots, and with one.
 ROW, ALONE = 210, 320
 
@@ -159,5 +162,7 @@ def drift(run: Run | Made) -> Figure:
     with np.errstate(invalid="ignore"):
         # After an overflow the difference is not defined.
         change = (run.balance.total - run.balance.total[0])[at]
+        terms = np.abs(np.stack(list(named_energies(run.balance).values())))
+        change[np.abs(change) <= ROUNDING * np.nanmax(terms, initial=0.0)] = 0.0
     curve = Curve("defect", run.t[at], change, theme.ENERGY_COLOURS["total"], width=1.5)
     return over_time("total − its start (J)", [curve], ROW, legend=False)

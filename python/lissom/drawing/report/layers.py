@@ -117,6 +117,7 @@ class Solid:
     #: Centres (shapes, 3), metres, and unit quaternions (shapes, 4).
     centres: Array
     turns: Array
+    opacity: float = 1.0
     kind: Literal["solid"] = "solid"
 
     @property
@@ -142,7 +143,13 @@ class Solid:
     def numbers(self) -> dict[str, Any]:
         """The data of the player, apart from the name."""
         centres, turns = still(self.centres[:, None]), still(self.turns[:, None])
-        return {"form": self.form, "size": np.asarray(self.size).tolist(), "centres": centres, "turns": turns}
+        return {
+            "form": self.form,
+            "size": np.asarray(self.size).tolist(),
+            "centres": centres,
+            "turns": turns,
+            "opacity": self.opacity,
+        }
 
 
 @dataclass(frozen=True)
@@ -218,6 +225,7 @@ class Dots:
     #: Points (shapes, dots, 3) and radius, metres.
     points: Array
     radius: float
+    opacity: float = 1.0
     kind: Literal["dots"] = "dots"
 
     @property
@@ -228,7 +236,7 @@ class Dots:
     @property
     def numbers(self) -> dict[str, Any]:
         """The data of the player, apart from the name."""
-        return {"points": still(self.points), "radius": self.radius}
+        return {"points": still(self.points), "radius": self.radius, "opacity": self.opacity}
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,15 @@
-"""Compact encoding of arrays in documents for the browser: 8 or 16 bits per number, deflated, as text.
+"""Compact encoding of arrays in documents for the browser: 8 to 32 bits per number, deflated, as text.
 
 A document is plain data (dictionaries, lists, numbers, text) that contains arrays. `pack` replaces each array
 by a reference, and encodes the numbers of all arrays in one text:
 
     {"array": [first byte, type, shape, low, step]}
 
-``type`` is ``u1`` or ``u2`` for integers of one or two bytes, or ``f4`` for single precision. The integer n
-stands for ``low + n step``; the largest n stands for NaN. Integers are stored as differences along the first
-axis, so that slow changes compress well. Of two-byte integers all low bytes precede all high bytes. ``low``
-and ``step`` are single numbers, or one per entry of a short last axis, so that a small displacement beside a
-large one keeps its digits. ``player/unpack.js`` decodes the text.
+``type`` is ``u1``, ``u2`` or ``u4`` for integers of one, two or four bytes, or ``f4`` for single
+precision. The integer n stands for ``low + n step``; the largest n stands for NaN. Integers are stored as
+differences along the first axis, so that slow changes compress well. Of longer integers all lowest bytes
+precede all next ones. ``low`` and ``step`` are single numbers, or one per entry of a short last axis, so that
+a small displacement beside a large one keeps its digits. ``player/unpack.js`` decodes the text.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Type = Literal["u1", "u2", "f4"]
+Type = Literal["u1", "u2", "u4", "f4"]
 
 #: Last axes up to this length, such as components of points and quaternions, have a separate scale per entry.
 MOST_SCALES = 4
@@ -39,8 +39,9 @@ LEVEL = 9
 class Numbers:
     """An array of a document with its encoding.
 
-    The error is at most half a step: range / 131,068 for ``u2``, range / 508 for ``u1``. ``f4`` keeps seven
-    digits of each number, for values over many orders of magnitude.
+    The error is at most half a step: range / 131,066 for ``u2``, range / 506 for ``u1``; zero stays zero.
+    ``u4`` keeps nine digits of the range, for times. ``f4`` keeps seven digits of each number, for values
+    over many orders of magnitude.
     """
 
     values: NDArray[Any]
@@ -93,7 +94,7 @@ def encode(values: NDArray[Any], kind: Type) -> tuple[bytes, list[Any]]:
     values = np.where(np.isfinite(values), np.clip(values, -LARGEST, LARGEST), np.nan)
     largest = 2 ** (8 * int(kind[1])) - 1
     low, step = _scale(values, largest - 1)
-    numbers = np.rint(np.where(np.isnan(values), 0.0, values - low) / step)
+    numbers = np.rint(np.where(np.isnan(values), 0.0, values - low) / np.where(step > 0.0, step, 1.0))
     numbers = np.where(np.isnan(values), largest, np.minimum(numbers, largest - 1)).astype(kind)
     numbers[1:] -= numbers[:-1].copy()
     content = numbers.astype(f"<{kind}").reshape(-1, 1).view(np.uint8).T.tobytes()
@@ -101,7 +102,11 @@ def encode(values: NDArray[Any], kind: Type) -> tuple[bytes, list[Any]]:
 
 
 def _scale(values: NDArray[np.float64], steps: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Minimum and step, one for each entry of a short last axis."""
+    """Minimum and step, one for each entry of a short last axis; no step where all values are equal.
+
+    Zero is one of the steps, if it is within the values: what does not move yet has no displacement, not half
+    a step.
+    """
     short = values.ndim > 1 and values.shape[-1] <= MOST_SCALES
     columns = values.reshape(-1, values.shape[-1] if short else 1)
     low, high = np.zeros(columns.shape[1]), np.zeros(columns.shape[1])
@@ -109,8 +114,11 @@ def _scale(values: NDArray[np.float64], steps: int) -> tuple[NDArray[np.float64]
         known = column[~np.isnan(column)]
         if len(known):
             low[i], high[i] = known.min(), known.max()
-    step = (high - low) / steps
-    step[step == 0.0] = 1.0
+    has_zero = (low < 0.0) & (high >= 0.0)
+    # One step is left for moving the minimum.
+    step = (high - low) / np.where(has_zero, steps - 1, steps)
+    has_zero &= step > 0.0
+    low[has_zero] = -np.ceil(-low[has_zero] / step[has_zero]) * step[has_zero]
     return (low, step) if short else (low[0], step[0])
 
 

@@ -53,8 +53,11 @@ def _rows(shown: list[plots.Plot]) -> list[list[plots.Plot]]:
 
 
 def _table(names: Sequence[str], columns: Mapping[str, Iterable[float]], caption: str = "") -> page.Table:
-    numbers = [[f"{value:.6g}" for value in column] for column in columns.values()]
-    rows = list(zip(names, *numbers, strict=True))
+    values = np.array([list(column) for column in columns.values()]).T
+    # Beside a derivative across a plane, those in it are rounding.
+    largest = np.nanmax(np.abs(values), axis=1, initial=0.0, keepdims=True)
+    values = np.where(np.abs(values) < plots.ROUNDING * largest, 0.0, values)
+    rows = [(name, *(f"{value:.6g}" for value in row)) for name, row in zip(names, values, strict=True)]
     return page.Table(("parameter", *columns), rows, frozenset(columns), caption)
 
 

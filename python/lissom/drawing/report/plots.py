@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .packing import Numbers
+from .numerals import typeset
+from .packing import Numbers, Type
 
 #: Name of the clock of a report's motion, which synchronises curves over time.
 MOTION = "motion"
+
+#: Curves are rounding, and shown as zero, below this relative to the largest of their unit in a figure.
+ROUNDING = 1e-12
 
 Style = Literal["solid", "dash", "dot"]
 
@@ -93,16 +97,16 @@ class Figure:
 class _SharedArrays:
     """Arrays for packing: an array shared by several curves remains shared."""
 
-    known: dict[tuple[int, bool], Numbers] = field(default_factory=dict)
+    known: dict[tuple[int, Type], Numbers] = field(default_factory=dict)
 
-    def numbers(self, values: NDArray[Any], log: bool) -> Numbers:
-        key = (id(values), log)
-        return self.known.setdefault(key, Numbers(values, "f4" if log else "u2"))
+    def numbers(self, values: NDArray[Any], log: bool, kind: Type = "u2") -> Numbers:
+        kind = "f4" if log else kind
+        return self.known.setdefault((id(values), kind), Numbers(values, kind))
 
 
 def document(figure: Figure) -> dict[str, Any]:
     """The player's document, with arrays for `packing.pack`."""
-    arrays = _SharedArrays()
+    arrays, figure = _SharedArrays(), without_rounding(figure)
     return {
         "height": figure.height,
         "clock": figure.clock,
@@ -111,19 +115,51 @@ def document(figure: Figure) -> dict[str, Any]:
     }
 
 
+def without_rounding(figure: Figure) -> Figure:
+    """The figure with zeros for curves that are rounding: motions in a plane have 1e-17 m across it."""
+    largest: dict[str, float] = {}
+    for plot in figure.plots:
+        sizes = [_size(curve) for curve in plot.curves]
+        largest[_unit(plot)] = max([largest.get(_unit(plot), 0.0), *sizes])
+    rows = [[_zeroed(plot, ROUNDING * largest[_unit(plot)]) for plot in row] for row in figure.rows]
+    return replace(figure, rows=rows)
+
+
+def _unit(plot: Plot) -> str:
+    """What stands in the parentheses of the title, or all of it."""
+    return plot.y.title.partition(" (")[2] or plot.y.title
+
+
+def _size(curve: Curve) -> float:
+    y = np.abs(np.asarray(curve.y, float))
+    return float(y[np.isfinite(y)].max(initial=0.0))
+
+
+def _zeroed(plot: Plot, least: float) -> Plot:
+    """The plot with zeros for curves that stay below a value."""
+    if plot.y.log:
+        return plot
+    curves = [
+        replace(curve, y=np.where(np.isfinite(curve.y), 0.0, np.nan)) if _size(curve) < least else curve
+        for curve in plot.curves
+    ]
+    return replace(plot, curves=curves)
+
+
 def _plot(plot: Plot, arrays: _SharedArrays) -> dict[str, Any]:
     return {
-        "title": plot.title,
+        "title": typeset(plot.title),
         "x": _axis(plot.x),
         "y": _axis(plot.y),
         "toScale": plot.to_scale,
         "width": plot.width,
-        "label": in_words(plot),
-        "notes": [vars(note) for note in plot.notes],
+        "label": typeset(in_words(plot)),
+        "notes": [{**vars(note), "text": typeset(note.text)} for note in plot.notes],
         "curves": [
             {
                 **vars(curve),
-                "x": arrays.numbers(curve.x, plot.x.log),
+                "name": typeset(curve.name),
+                "x": arrays.numbers(curve.x, plot.x.log, "u4"),
                 "y": arrays.numbers(curve.y, plot.y.log),
             }
             for curve in plot.curves

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import theme
 from .layers import Thing
+from .numerals import typeset
 from .packing import Numbers
 
 Array = NDArray[np.float64]
@@ -84,14 +85,14 @@ class Scene:
             "eye": self.eye.tolist(),
             "ground": {"axis": axis, "place": place, "sign": 1 if is_up else -1},
             "scale": [list(stop) for stop in theme.ROD_SCALE],
-            "words": self.in_words,
-            "surroundings": list(self.surroundings),
+            "words": typeset(self.in_words),
+            "surroundings": [typeset(words) for words in self.surroundings],
             "layers": [
                 {"layer": layer, "name": self.names.get(layer, layer), "colour": self.legend[layer]}
                 for layer in self.layers
             ],
             "things": [
-                {"kind": thing.kind, "layer": thing.layer, "name": thing.name, **thing.numbers}
+                {"kind": thing.kind, "layer": thing.layer, "name": typeset(thing.name), **thing.numbers}
                 for thing in self.things
             ],
         }

@@ -328,8 +328,14 @@ def gaps(run: Run | Made) -> str:
 
 def energy(run: Run | Made) -> str:
     """Caption of the energies."""
-    work = " − work of the tip moment" if run.balance.work.any() else ""
+    work, who = "", ""
+    if run.balance.work.any():
+        work = " − work"
+        who = (
+            "Work is done by what has no potential: actuators, prescribed motions, moments, and forces that "
+            "follow the model or vary in time. "
+        )
     return (
-        f"The total is kinetic + elastic + gravitational + loads + dissipated{work}. An exact motion keeps "
-        f"it constant. Energy drift here: {drift(run)}."
+        f"The total is kinetic + elastic + gravitational + loads + dissipated{work}. {who}An exact motion "
+        f"keeps it constant. Energy drift here: {drift(run)}."
     )

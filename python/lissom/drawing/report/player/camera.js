@@ -1,9 +1,10 @@
 // From where the view is seen: a camera that orbits a point, moved by pointer, touch and keys.
 
-import { add, cross, dot, looking, multiply, perspective, scale, subtract, unit } from "lissom/vectors.js";
+import { add, cross, dot, looking, multiply, orthographic, perspective, scale, subtract, unit } from "lissom/vectors.js";
 
-/** Angle of view from below to above, radians. */
+/** Angle of view from below to above, radians; below the smallest one, lines of sight are parallel. */
 const ANGLE = 0.56;
+const SMALLEST = 0.01;
 /** Radians a pixel, factor a click of the wheel, radians and factor a key. */
 const TURN = 0.008;
 const WHEEL = 0.0012;
@@ -33,6 +34,7 @@ export class Camera {
     /** Part of the view's height that the writing takes. */
     this.written = 0;
     this.isHome = true;
+    this.angle = ANGLE;
     this.listeners = new Set();
     Object.assign(this, this.fitting(this.home));
   }
@@ -52,27 +54,39 @@ export class Camera {
     return { right, up: cross(back, right), back };
   }
 
+  /** Whether lengths across the view are to scale, near and far. */
+  get isParallel() {
+    return this.angle < SMALLEST;
+  }
+
+  /** Half the height of what is seen at the point that is looked at, metres: the same for all angles. */
+  get reach() {
+    return this.distance * Math.tan(ANGLE / 2);
+  }
+
   /** Where all of the box is seen from that direction, below the writing. */
-  fitting(angles) {
+  fitting(angles, isParallel = false) {
     const { right, up, back } = this.frame(angles);
     const middle = scale(add(this.low, this.high), 0.5);
     const tall = Math.tan(ANGLE / 2) / ROOM;
     const wide = tall * this.aspect;
     const strip = 2 * Math.tan(ANGLE / 2) * this.written;
-    const corners = [...Array(8).keys()].map((i) =>
-      subtract([0, 1, 2].map((axis) => ((i >> axis) & 1 ? this.high : this.low)[axis]), middle));
+    const corners = [...Array(8).keys()].map((i) => {
+      const corner = subtract([0, 1, 2].map((axis) => ((i >> axis) & 1 ? this.high : this.low)[axis]), middle);
+      return [dot(corner, right), dot(corner, up), isParallel ? 0 : dot(corner, back)];
+    });
     // The point that is looked at is shifted until there is as much room on all sides.
     let [x, y, distance] = [0, 0, 0];
     for (let round = 0; round < 3; round++) {
       const sides = { right: 0, left: 0, above: 0, below: 0 };
       distance = 0;
       for (const corner of corners) {
-        const [a, b, c] = [dot(corner, right) - x, dot(corner, up) - y, dot(corner, back)];
+        const [a, b, c] = [corner[0] - x, corner[1] - y, corner[2]];
         distance = Math.max(distance, c + Math.abs(a) / wide, c + b / (tall - strip), c - b / tall);
       }
       for (const corner of corners) {
-        const depth = distance - dot(corner, back);
-        const [a, b] = [(dot(corner, right) - x) / depth, (dot(corner, up) - y) / depth];
+        const depth = distance - corner[2];
+        const [a, b] = [(corner[0] - x) / depth, (corner[1] - y) / depth];
         sides.right = Math.max(sides.right, a);
         sides.left = Math.max(sides.left, -a);
         sides.above = Math.max(sides.above, b);
@@ -113,11 +127,12 @@ export class Camera {
     this.changed();
   }
 
-  /** Fly to a view by its name. */
+  /** Fly to a view by its name: home in perspective, the others along an axis with parallel lines of sight. */
   show(name) {
     const { across, along, up } = this;
     const directions = { front: scale(along, -1), side: across, top: up };
-    const goal = this.fitting(name in directions ? this.angles(directions[name]) : this.home);
+    const isParallel = name in directions;
+    const goal = { ...this.fitting(isParallel ? this.angles(directions[name]) : this.home, isParallel), angle: isParallel ? 0 : ANGLE };
     if (name === "top") goal.around = -Math.PI / 2;
     const start = { ...this };
     const turn = goal.around - start.around;
@@ -130,22 +145,27 @@ export class Camera {
       this.around = start.around + s * shortest;
       this.height = start.height + s * (goal.height - start.height);
       this.distance = start.distance * (goal.distance / start.distance) ** s;
+      this.angle = start.angle + s * (goal.angle - start.angle);
       this.target = add(start.target, scale(subtract(goal.target, start.target), s));
       this.changed();
       if (part < 1) requestAnimationFrame(fly);
-      else this.isHome = !(name in directions);
+      else this.isHome = !isParallel;
     };
     fly();
   }
 
   /** The matrix from the world to the screen, and where the eye is. */
   look() {
+    const { aspect, isParallel, reach } = this;
     const axes = this.frame();
-    const eye = add(this.target, scale(axes.back, this.distance));
     const size = Math.hypot(...subtract(this.high, this.low));
-    const near = Math.max(0.01 * this.distance, this.distance - 4 * size);
+    const distance = reach / Math.tan(Math.max(this.angle, SMALLEST) / 2);
+    const eye = add(this.target, scale(axes.back, distance));
+    const near = Math.max(0.01 * distance, distance - 4 * size);
+    const far = distance + 30 * size;
     const view = looking(eye, axes.right, axes.up, axes.back);
-    return { ...axes, eye, matrix: multiply(perspective(ANGLE, this.aspect, near, this.distance + 30 * size), view) };
+    const seen = isParallel ? orthographic(2 * reach * aspect, 2 * reach, near, far) : perspective(this.angle, aspect, near, far);
+    return { ...axes, eye, matrix: multiply(seen, view) };
   }
 
   /** Let a canvas move the camera. */

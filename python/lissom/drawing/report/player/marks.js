@@ -10,23 +10,28 @@ export class Marks {
     this.things = things.filter(({ kind }) => ["arrows", "solid", "dots"].includes(kind));
     this.lines = things.filter(({ kind }) => kind === "line").map((thing) => ({ thing, ribbons: lineOf(gl, thing) }));
     this.frustums = new Copies(gl, frustum(), [3, 3, 2, 3]);
-    this.spheres = new Copies(gl, sphere(), [3, 4, 3, 3]);
-    this.boxes = new Copies(gl, box(), [3, 4, 3, 3]);
+    const figures = [3, 4, 3, 4];
+    this.spheres = new Copies(gl, sphere(), figures);
+    this.boxes = new Copies(gl, box(), figures);
+    /** Those that are seen through. */
+    this.clear = [new Copies(gl, sphere(), figures), new Copies(gl, box(), figures)];
   }
 
   /** @param colours colours of the layers that are shown. */
   update(at, part, colours) {
-    const [frustums, spheres, boxes] = [[], [], []];
+    const [frustums, solid, clear] = [[], [[], []], [[], []]];
     for (const thing of this.things) {
       const colour = colours.get(thing.layer);
       if (!colour) continue;
+      const [spheres, boxes] = thing.opacity < 1 ? clear : solid;
       if (thing.kind === "arrows") arrows(thing, at, part, colour, frustums);
       else if (thing.kind === "dots") dots(thing, at, part, colour, spheres);
-      else solid(thing, at, part, colour, thing.form === "box" ? boxes : spheres);
+      else body(thing, at, part, colour, thing.form === "box" ? boxes : spheres);
     }
     this.frustums.send(frustums);
-    this.spheres.send(spheres);
-    this.boxes.send(boxes);
+    this.spheres.send(solid[0]);
+    this.boxes.send(solid[1]);
+    this.clear.forEach((copies, i) => copies.send(clear[i]));
   }
 }
 
@@ -50,15 +55,15 @@ function dots(thing, at, part, colour, spheres) {
   const point = between(thing.points, at, part);
   for (let i = 0; i < thing.points.shape[1]; i++) {
     const size = [thing.radius, thing.radius, thing.radius];
-    spheres.push(point(3 * i), point(3 * i + 1), point(3 * i + 2), 1, 0, 0, 0, ...size, ...colour);
+    spheres.push(point(3 * i), point(3 * i + 1), point(3 * i + 2), 1, 0, 0, 0, ...size, ...colour, thing.opacity);
   }
 }
 
-function solid(thing, at, part, colour, figures) {
+function body(thing, at, part, colour, figures) {
   const [centre, turned] = [between(thing.centres, at, part), between(thing.turns, at, part)];
   const turn = [0, 1, 2, 3].map(turned);
   const size = Math.hypot(...turn) || 1;
-  figures.push(...[0, 1, 2].map(centre), ...turn.map((number) => number / size), ...thing.size, ...colour);
+  figures.push(...[0, 1, 2].map(centre), ...turn.map((number) => number / size), ...thing.size, ...colour, thing.opacity);
 }
 
 function lineOf(gl, { points: { shape, values } }) {

@@ -2,9 +2,11 @@
 
 import { sample } from "lissom/colours.js";
 import { dot } from "lissom/vectors.js";
-import { shortly } from "lissom/ticks.js";
+import { roundLength, shortly } from "lissom/ticks.js";
 
 const AXES = ["#d9485f", "#2ca25f", "#3a7bd5"];
+/** Longest bar, relative to the width of the view. */
+const BAR = 0.2;
 const FONT = 'system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
 
 export class Overlay {
@@ -24,12 +26,25 @@ export class Overlay {
     this.axes(stage.camera.frame(), look, 44, height - 44);
     pen.fillStyle = look.softText;
     pen.textAlign = "right";
-    if (!stage.hidden.has("floor")) pen.fillText(`grid ${shortly(stage.cell)} m`, width - 12, height - 14);
+    if (!stage.hidden.has("floor") && !stage.camera.isParallel) pen.fillText(`grid ${shortly(stage.cell)} m`, width - 12, height - 14);
+    if (stage.camera.isParallel) this.bar(stage.camera, look, width, height);
     pen.textAlign = "left";
     pen.fillStyle = look.inkText;
     pen.font = `600 13px ${FONT}`;
     if (label) pen.fillText(label, 12, 17);
     if (stage.tubes.length) this.scale(stage, look, width);
+  }
+
+  /** A length to which everything is to scale. */
+  bar({ reach }, look, width, height) {
+    const { pen } = this;
+    const metre = height / (2 * reach);
+    const length = roundLength((BAR * width) / metre);
+    const [x, y] = [width - 12 - length * metre, height - 34];
+    pen.fillStyle = look.inkText;
+    pen.fillRect(x, y, length * metre, 3);
+    pen.textAlign = "center";
+    pen.fillText(`${shortly(length)} m`, x + 0.5 * length * metre, y - 10);
   }
 
   axes({ right, up, back }, look, x, y) {

@@ -2,7 +2,7 @@
 
 import { Camera } from "lissom/camera.js";
 import { ofPage, parse, ways } from "lissom/colours.js";
-import { compose, exportAs, kinds } from "lissom/export.js";
+import { compose, exportAs, kinds, sizes } from "lissom/export.js";
 import { Overlay } from "lissom/overlay.js";
 import { onPaper, sharpness } from "lissom/paper.js";
 import { Stage } from "lissom/stage.js";
@@ -61,6 +61,11 @@ export class Player {
     this.overlay = new Overlay(this.over);
     this.ways = ways(scene.things);
     this.ratio = sharpness();
+    /** How canvases are laid out: pixels of the page, and pixels of canvases for each. */
+    this.laid = { width: 0, height: 0, ratio: this.ratio };
+    /** Size of files, and whether pictures have no background. */
+    this.size = sizes[0];
+    this.isTransparent = false;
     this.isSeen = true;
     this.intervals = [];
     this.setClock();
@@ -123,9 +128,14 @@ export class Player {
     }
     this.status = make("span", { className: "status" });
     this.status.setAttribute("role", "status");
-    const files = kinds().filter((kind) => kind === "PNG" || !isStill);
-    const saves = files.map((kind) => button(kind, () => this.save(kind), { label: `save as ${kind}` }));
-    tools.append(group("Save", saves), this.status);
+    const saves = kinds(isStill).map((kind) => button(kind.name, () => this.save(kind), { label: `save as ${kind.name}` }));
+    const size = select("Size of files", sizes.map(({ name }) => name), 0, (i) => {
+      this.size = sizes[i];
+    });
+    this.stop = button("Stop", () => {
+      this.isStopped = true;
+    }, { hidden: true });
+    tools.append(group("Save", saves), size, this.status, this.stop);
     holder.append(time, tools, this.legend());
     const help = make("summary", { textContent: "How to move the view" });
     holder.append(make("details", { className: "help" }, help, make("p", { textContent: HELP })));
@@ -154,18 +164,23 @@ export class Player {
 
   async save(kind) {
     if (this.isSaving) return;
-    this.isSaving = true;
+    Object.assign(this, { isSaving: true, isStopped: false });
+    this.stop.hidden = !kind.moves;
     this.clock.pause();
     try {
-      const name = document.title.replace(/[^\p{L}\p{N}]+/gu, "-").replace(/^-|-$/g, "") || "lissom";
-      await exportAs(kind, this, name, (part) => {
-        this.status.textContent = `${kind}: ${Math.round(100 * Math.min(part, 1))} %`;
+      this.lay(this.size.of({ width: this.view.clientWidth, height: this.view.clientHeight, ratio: sharpness() }));
+      this.stage.check();
+      await exportAs(kind, this, (part) => {
+        this.status.textContent = `${kind.name}: ${Math.round(100 * Math.min(part, 1))} %`;
+        if (this.isStopped) throw new Error("it was stopped");
       });
-      this.status.textContent = `${kind} saved`;
+      this.status.textContent = `${kind.name} saved`;
     } catch (error) {
-      this.status.textContent = `${kind} could not be made: ${error.message}`;
+      this.status.textContent = `${kind.name} not made: ${error.message}`;
     }
+    this.stop.hidden = true;
     this.isSaving = false;
+    this.resize();
   }
 
   listen() {
@@ -220,11 +235,16 @@ export class Player {
     return `${scene.label[0]}${number}${scene.label[1]}`;
   }
 
+  /** Fill the view; files in the making keep their size. */
   resize() {
-    const { clientWidth: width, clientHeight: height } = this.view;
+    if (!this.isSaving) this.lay({ width: this.view.clientWidth, height: this.view.clientHeight, ratio: this.ratio });
+  }
+
+  lay({ width, height, ratio }) {
     if (!width || !height) return;
+    this.laid = { width, height, ratio };
     for (const canvas of this.canvases) {
-      Object.assign(canvas, { width: Math.round(width * this.ratio), height: Math.round(height * this.ratio) });
+      Object.assign(canvas, { width: Math.round(width * ratio), height: Math.round(height * ratio) });
     }
     this.camera.resize(width, height);
     this.draw();
@@ -237,7 +257,7 @@ export class Player {
     this.look = null;
     this.ratio = sharpness();
     this.resize();
-    if (!onPaper() || !this.view.clientWidth) return;
+    if (!onPaper() || !this.view.clientWidth || this.isSaving) return;
     this.still = make("canvas", { className: "still" });
     compose(this, this.still);
     this.view.append(this.still);
@@ -256,7 +276,8 @@ export class Player {
   draw(time = this.clock.time) {
     if (!this.canvas.width) return;
     this.look ??= this.lookOfPage();
-    this.look.ratio = this.ratio;
+    this.look.ratio = this.laid.ratio;
+    this.look.opacity = this.isTransparent ? 0 : 1;
     this.stage.draw(time, this.look);
     this.overlay.draw(this.stage, this.look, this.clock.end > this.clock.start ? this.labelOf(time) : "");
     this.spare();

@@ -1,11 +1,10 @@
 // Curves in the plane: axes, legend, and a cursor that shows the time of the motion, or where the pointer is.
 
-import { ofPage } from "lissom/colours.js";
 import { onPaper, sharpness } from "lissom/paper.js";
+import { buttons } from "lissom/plotfiles.js";
+import { DASHES, FONT, lookOf } from "lissom/strokes.js";
 import { decades, labels, power, shortly, ticks } from "lissom/ticks.js";
 
-const FONT = '12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
-const DASHES = { solid: [], dash: [7, 5], dot: [2, 4] };
 /** Room around the curves, part of their range. */
 const ROOM = 0.05;
 /** Left of the curves, pixels: as much for most plots, so that their times stand above each other. */
@@ -27,7 +26,10 @@ export function figure(holder, told, clock) {
   const hidden = new Set();
   const plots = told.rows.map((row) => row.map((plot) => new Plot(plot, told, hidden, clock)));
   const all = plots.flat();
-  if (told.legend) holder.append(legend(all, hidden));
+  const head = make("div", { className: "head" });
+  if (told.legend) head.append(legend(all, hidden));
+  head.append(buttons(all));
+  holder.append(head);
   for (const row of plots) {
     holder.append(make("div", { className: "plots" }, ...row.map(({ element }) => element)));
   }
@@ -133,17 +135,21 @@ class Plot {
     this.ratio = ratio;
     const pen = penOf(picture);
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.font = FONT;
-    this.look = { ink: ofPage(element, "--ink"), soft: ofPage(element, "--soft"), line: ofPage(element, "--line"),
-      card: ofPage(element, "--card") };
-    this.area = this.axes(pen, width, height);
-    this.paint(pen);
-    this.show();
+    this.look = lookOf(element);
+    this.area = this.render(pen, width, height, this.look);
+    this.copy();
   }
 
-  /** Draw axes and grid; how values become pixels. */
-  axes(pen, width, height) {
-    const { plot, look } = this;
+  /** Draw axes and curves with a pen; how values become pixels. */
+  render(pen, width, height, look) {
+    pen.font = FONT;
+    const area = this.axes(pen, width, height, look);
+    this.paint(pen, area);
+    return area;
+  }
+
+  axes(pen, width, height, look) {
+    const { plot } = this;
     const [x, y] = ["x", "y"].map((axis) => range(plot, axis));
     const top = plot.title ? 40 : 24;
     const bottom = height - (plot.x.title ? 44 : 26);
@@ -186,8 +192,8 @@ class Plot {
     return { left, right, top, bottom, toX, toY, valueOf };
   }
 
-  paint(pen) {
-    const { plot, area } = this;
+  paint(pen, area) {
+    const { plot } = this;
     const { left, right, top, bottom, toX, toY } = area;
     pen.save();
     pen.beginPath();
@@ -229,9 +235,12 @@ class Plot {
     pen.restore();
   }
 
-  /** Show the curves with the cursor. */
+  /** Show the curves with the cursor, which moves in sight only. */
   show() {
-    if (!this.area || !(this.isSeen || onPaper())) return;
+    if (this.area && (this.isSeen || onPaper())) this.copy();
+  }
+
+  copy() {
     const { canvas, picture, area, plot, cursor, ratio, look } = this;
     const pen = penOf(canvas);
     pen.setTransform(1, 0, 0, 1, 0, 0);

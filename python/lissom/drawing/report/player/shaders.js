@@ -48,12 +48,12 @@ layout(location = 1) in vec3 outward;
 layout(location = 2) in vec3 centre;
 layout(location = 3) in vec4 turn;
 layout(location = 4) in vec3 size;
-layout(location = 5) in vec3 paint;
+layout(location = 5) in vec4 paint;
 vec3 turned(vec3 v) { return v + 2.0 * cross(turn.yzw, cross(turn.yzw, v) + turn.x * v); }
 void main() {
   place = centre + turned(size * corner);
   normal = turned(normalize(outward / size));
-  colour = vec4(paint, 1.0);
+  colour = paint;
   gl_Position = matrix * vec4(place, 1.0);
 }`;
 

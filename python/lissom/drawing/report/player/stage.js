@@ -9,12 +9,14 @@ import { add, cross, dot, looking, multiply, orthographic, scale, subtract, unit
 
 /** Pixels of the shadow's picture. */
 const SHADOW = 512;
+/** The layer of what stands around the model. */
+const AROUND = "obstacles";
 /** Cells of the grid across the box, about. */
 const CELLS = 8;
 
 export class Stage {
   constructor(canvas, scene, camera) {
-    const gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
+    const gl = canvas.getContext("webgl2", { antialias: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
     Object.assign(this, { canvas, scene, camera, gl });
     this.hidden = new Set();
@@ -52,6 +54,13 @@ export class Stage {
       low: dot(middle, up),
       tall: Math.max(box[ground.axis], 0.3 * size),
     };
+  }
+
+  /** Graphics cards draw up to some size only. */
+  check() {
+    const { gl, canvas } = this;
+    if (gl.drawingBufferWidth === canvas.width && gl.drawingBufferHeight === canvas.height) return;
+    throw new Error(`${canvas.width} x ${canvas.height} pixels are more than this graphics card draws`);
   }
 
   makeShadow() {
@@ -104,19 +113,25 @@ export class Stage {
     for (const tube of tubes) tube.update(at, part, this.paintOf(tube, at, part));
     for (const strand of strands) strand.update(at, part, colours.get(strand.thing.layer));
     this.marks.update(at, part, colours);
-    // What is seen through is drawn last: chambers, then what is around them.
+    // What is seen through is drawn last: what stands around, then chambers, then what is around these.
     const skins = [...strands, ...tubes];
     const solid = skins.filter(({ opacity }) => opacity >= 1);
-    const clear = skins.filter(({ opacity }) => opacity < 1);
+    const clear = skins.filter(({ opacity, thing }) => opacity < 1 && thing.layer !== AROUND);
+    const around = skins.filter(({ opacity, thing }) => opacity < 1 && thing.layer === AROUND);
     const { gl } = this;
     gl.disable(gl.CULL_FACE);
-    if (colours.has("floor")) this.drawShadow(solid, clear);
-    this.drawThings(solid, clear, look);
-    this.drawLines(colours, look);
+    if (colours.has("floor")) this.drawShadow(skins);
+    const uniforms = this.begin(look);
+    this.drawSolid(solid, uniforms);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     if (colours.has("floor")) this.drawGround(look);
+    this.drawAround(around, solid, uniforms);
+    for (const each of clear) this.drawClear(() => this.drawSkins([each], uniforms));
+    this.drawLines(colours, look);
   }
 
-  drawShadow(solid, clear) {
+  drawShadow(skins) {
     const { gl, ground, programs, marks } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.shadow.frame);
     gl.viewport(0, 0, SHADOW, SHADOW);
@@ -129,48 +144,78 @@ export class Stage {
     const view = looking(ground.middle, ground.across, ground.along, cross(ground.across, ground.along));
     const matrix = multiply(orthographic(2 * ground.reach[0], 2 * ground.reach[1], -far, far), view);
     const uniforms = { matrix, up: ground.up, low: ground.low, tall: ground.tall };
-    programs.skinShadow({ ...uniforms, opacity: 1 });
-    for (const { skin } of [...solid, ...clear]) skin.draw();
+    for (const { skin, thing, opacity } of skins) {
+      // Rods around tendons keep their shadow.
+      programs.skinShadow({ ...uniforms, opacity: thing.layer === AROUND ? opacity : 1 });
+      skin.draw();
+    }
     programs.frustumShadow(uniforms);
     marks.frustums.draw();
     programs.figureShadow(uniforms);
-    marks.spheres.draw();
-    marks.boxes.draw();
+    for (const copies of [marks.spheres, marks.boxes, ...marks.clear]) copies.draw();
     gl.blendEquation(gl.FUNC_ADD);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.bindTexture(gl.TEXTURE_2D, this.shadow.texture);
     gl.generateMipmap(gl.TEXTURE_2D);
   }
 
-  drawThings(solid, clear, look) {
-    const { gl, programs, marks, camera, ground } = this;
+  /** An empty picture; what programs of things have in common. */
+  begin(look) {
+    const { gl, camera, ground } = this;
     const { matrix, eye, right, up, back } = camera.look();
     this.matrix = matrix;
     gl.viewport(0, 0, this.canvas.width, this.canvas.height);
-    gl.clearColor(...look.ground, 1);
+    gl.clearColor(...scale(look.ground, look.opacity), look.opacity);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.LEQUAL);
     gl.disable(gl.BLEND);
     const light = unit(add(add(scale(right, -0.45), scale(up, 0.75)), scale(back, 0.7)));
-    const uniforms = { matrix, eye, light, up: ground.up, isDark: look.isDark ? 1 : 0 };
+    return { matrix, eye, light, up: ground.up, isDark: look.isDark ? 1 : 0 };
+  }
+
+  drawSolid(skins, uniforms) {
+    const { programs, marks } = this;
     programs.frustum(uniforms);
     marks.frustums.draw();
     programs.figure(uniforms);
     marks.spheres.draw();
     marks.boxes.draw();
-    programs.skin({ ...uniforms, opacity: 1 });
-    for (const { skin } of solid) skin.draw();
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    for (const { skin, opacity } of clear) {
-      // First its depth alone, so that its near side only is seen.
-      gl.colorMask(false, false, false, false);
-      skin.draw();
-      gl.colorMask(true, true, true, true);
-      programs.skin({ ...uniforms, opacity });
+    this.drawSkins(skins, uniforms);
+  }
+
+  drawSkins(skins, uniforms) {
+    for (const { skin, opacity } of skins) {
+      this.programs.skin({ ...uniforms, opacity });
       skin.draw();
     }
+  }
+
+  /** Draw the depths of something alone. */
+  drawDepths(draw) {
+    const { gl } = this;
+    gl.colorMask(false, false, false, false);
+    draw();
+    gl.colorMask(true, true, true, true);
+  }
+
+  /** First the depths alone, so that the near side only is seen. */
+  drawClear(draw) {
+    this.drawDepths(draw);
+    draw();
+  }
+
+  /** Obstacles hide nothing, neither each other's surroundings nor what is seen through itself: their depths are forgotten. */
+  drawAround(skins, solid, uniforms) {
+    const { gl, programs, marks } = this;
+    if (!skins.length && !marks.clear.some(({ copies }) => copies)) return;
+    this.drawClear(() => {
+      programs.figure(uniforms);
+      for (const copies of marks.clear) copies.draw();
+      this.drawSkins(skins, uniforms);
+    });
+    gl.clear(gl.DEPTH_BUFFER_BIT);
+    this.drawDepths(() => this.drawSolid(solid, uniforms));
   }
 
   drawLines(colours, look) {

@@ -19,6 +19,12 @@ export function decades(low, high, count) {
   return found;
 }
 
+/** The longest length of 1, 2 or 5 times a power of ten up to a limit. */
+export function roundLength(most) {
+  const power = 10 ** Math.floor(Math.log10(most));
+  return [5, 2, 1].find((factor) => factor * power <= most * (1 + 1e-9)) * power;
+}
+
 const RAISED = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 export const power = (exponent) =>

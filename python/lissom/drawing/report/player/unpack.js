@@ -1,6 +1,6 @@
-// Reads the documents that `packing.py` packs: arrays of 8 or 16 bits, deflated, as text.
+// Reads the documents that `packing.py` packs: arrays of 8 to 32 bits, deflated, as text.
 
-/** The document with its arrays as {shape, values}. */
+/** The document with its arrays as {shape, values, step}: values are multiples of the step, if there is one. */
 export async function unpack({ document, data }) {
   const bytes = await inflate(data);
   const known = new Map();
@@ -28,19 +28,20 @@ function numbers(bytes, first, type, shape, low, step) {
   if (type === "f4") {
     const view = new DataView(bytes.buffer, bytes.byteOffset + first, 4 * count);
     for (let i = 0; i < count; i++) values[i] = view.getFloat32(4 * i, true);
-    return { shape, values };
+    return { shape, values, step: 0 };
   }
-  const isWide = type === "u2";
-  const largest = isWide ? 0xffff : 0xff;
+  const bytesOfEach = Number(type[1]);
+  const largest = 256 ** bytesOfEach - 1;
   const row = count / (shape[0] || 1);
   const scales = Array.isArray(low) ? low.length : 1;
   const [lows, steps] = [[low].flat(), [step].flat()];
-  const whole = new Uint16Array(count);
+  const whole = new Uint32Array(count);
   for (let i = 0; i < count; i++) {
-    const change = bytes[first + i] + (isWide ? bytes[first + count + i] << 8 : 0);
-    whole[i] = (i < row ? change : whole[i - row] + change) & largest;
+    let change = 0;
+    for (let k = 0; k < bytesOfEach; k++) change += bytes[first + k * count + i] * 256 ** k;
+    whole[i] = (i < row ? change : whole[i - row] + change) % (largest + 1);
     const scale = i % scales;
     values[i] = whole[i] === largest ? NaN : lows[scale] + whole[i] * steps[scale];
   }
-  return { shape, values };
+  return { shape, values, step: Math.max(...steps) };
 }
