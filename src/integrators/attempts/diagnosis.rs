@@ -197,7 +197,9 @@ impl Unilateral {
         let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
         self.resolution = model.resolution(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
         self.will_touch = model.is_touched();
-        Ok(has_stopped || self.resolution == Resolution::Unresolved || self.gains_energy(model, ends, Beside::Motion)?)
+        Ok(has_stopped
+            || self.resolution == Resolution::Unresolved
+            || self.gains_energy(model, ends, Beside::Motion)?)
     }
 
     /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the step gain energy:

@@ -128,9 +128,13 @@ impl Impacts {
             energy(lost),
             100.0 * lost / kinetic,
             energy(worst),
-            if remedy == Remedy::Resolve { "`method=lissom.methods.Newmark(impacts=\"resolved\")`, " } else { "" },
+            if remedy == Remedy::Resolve {
+                "`method=lissom.methods.Newmark(impacts=\"resolved\")`, "
+            } else {
+                ""
+            },
             if remedy == Remedy::Bounded {
-                " Impacts were resolved in steps of this size until that took as much work as all other steps."
+                " Steps of this size have resolved others, with half as much work as for all else."
             } else {
                 ""
             }

@@ -110,14 +110,14 @@ impl<M: Model> Integrator<M> {
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper } = self else { return Ok(None) };
-        let matters = resolving.goes_on()
-            || Resolving::matters(stepper.stopped())
-            || stepper.unilateral_mut().is_coarse() && Resolving::matters(approaching(model, stepper)?);
+        // Where hardly anything approaches, steps lose the energy of what slides and sticks.
+        let may_matter = Resolving::matters(stepper.stopped()) || stepper.unilateral_mut().is_coarse();
+        let matters = resolving.goes_on() || may_matter && Resolving::matters(approaching(model, stepper)?);
         resolving.go_on(false);
         if !matters {
             return Ok(None);
         }
-        let allowed = resolving.allowed(stepper.q().len(), &stepper.counters());
+        let allowed = resolving.allowed(model.facts(), &stepper.counters());
         if allowed == 0 {
             return Ok(None);
         }

@@ -7,7 +7,7 @@
 use crate::error::Interrupted;
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
-use crate::model::Model;
+use crate::model::{Facts, Model};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, Rule, State};
 
@@ -20,16 +20,22 @@ const TOLERANCE: f64 = 1e-4;
 /// Absolute tolerance of displacements in their typical sizes, and of velocities in these per step: overlaps are small beside them.
 const SMALLEST: f64 = 1e-8;
 
-/// Evaluations, times coordinates, for which impacts are resolved however few the others are: a second or so. A soft rod that falls on
-/// its end takes half of it.
-const FREE_WORK: usize = 400_000;
+/// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: half a
+/// second or so. A rod of rubber that falls on its end takes a tenth of it, one a thousand times as stiff most.
+const FREE_WORK: usize = 200_000;
+
+/// Beside these, one for so many others.
+const OTHERS: usize = 2;
+
+/// A step is tried if that part of what the last one has taken in vain is allowed.
+const CHEAPER: usize = 4;
 
 /// How far impacts are resolved in a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Resolving {
     /// Evaluations so far.
     used: usize,
-    /// Those of the last step that took more than it was allowed: the next one is not tried with less.
+    /// Those of the last step that took more than it was allowed.
     in_vain: usize,
     /// Whether an impact that matters has not been resolved, because of its work.
     is_exhausted: bool,
@@ -75,12 +81,12 @@ impl Resolving {
         self.is_exhausted
     }
 
-    /// Evaluations that may be made for a step of `n` coordinates, of a run that has taken this work in all; none where that is not worth a
-    /// try. As many as for all other steps are allowed.
-    pub(super) fn allowed(&mut self, n: usize, work: &Counters) -> usize {
+    /// Evaluations that may be made for a step of this model, in a run that has taken this work in all; none where that is not worth a try.
+    pub(super) fn allowed(&mut self, facts: &Facts, work: &Counters) -> usize {
         let others = work_of(work).saturating_sub(self.used);
-        let allowed = (FREE_WORK / n.max(1) + others).saturating_sub(self.used);
-        if allowed <= self.in_vain {
+        let free = FREE_WORK / (facts.n * facts.parts.len().max(1)).max(1);
+        let allowed = (free + others / OTHERS).saturating_sub(self.used);
+        if allowed <= self.in_vain / CHEAPER {
             self.is_exhausted = true;
             return 0;
         }

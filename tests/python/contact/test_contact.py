@@ -340,7 +340,8 @@ def test_a_planar_robot_is_computed_as_in_space():
         for more in ({}, {"bend_z": 1})
     ]
     assert [rod.kernel for rod in rods] == ["planar", "spatial"]
-    motions = [lissom.simulate(rod, 0.3, dt=1e-3) for rod in rods]
+    # Steps that resolve impacts choose their sizes: errors of these are larger.
+    motions = [lissom.simulate(rod, 0.3, dt=1e-3, method=STOPPED) for rod in rods]
     assert all(motion.success for motion in motions)
     tips = [rod.pose(motion.q) for rod, motion in zip(rods, motions, strict=True)]
     # Up to the tolerance of Newton's method.

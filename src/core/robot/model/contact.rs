@@ -133,7 +133,9 @@ impl InImpact for RobotModel {
     }
 
     fn resolution(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Resolution {
-        if !self.note_rates(before, motion) {
+        // Forces have just been computed nearby.
+        let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());
+        if is_apart || !self.note_rates(before, motion) {
             return Resolution::Fine;
         }
         let Self { sweeps, coordinates, .. } = self;

@@ -143,12 +143,13 @@ impl<G: Turning> Sweeps<G> {
         followed.length = length;
     }
 
+    /// Whether nothing touches in the motion that was evaluated last.
+    pub(crate) fn is_known_apart(&self) -> bool {
+        self.work.motion_is_known && self.work.effects.contact.touches.is_empty()
+    }
+
     /// Stores the approach velocities of surfaces that touch in a motion; false if none do.
     pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
-        // Forces have just been computed nearby.
-        if self.work.motion_is_known && self.work.effects.contact.touches.is_empty() {
-            return false;
-        }
         self.update_motion(motion);
         query::note_rates(&mut self.work);
         !self.work.effects.contact.touches.is_empty()
