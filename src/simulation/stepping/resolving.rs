@@ -20,9 +20,9 @@ const TOLERANCE: f64 = 1e-4;
 /// Absolute tolerance of displacements in their typical sizes, and of velocities in these per step: overlaps are small beside them.
 const SMALLEST: f64 = 1e-8;
 
-/// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: half a
-/// second or so. A rod of rubber that falls on its end takes a tenth of it, one a thousand times as stiff most.
-const FREE_WORK: usize = 200_000;
+/// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
+/// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
+const FREE_WORK: usize = 120_000;
 
 /// Beside these, one for so many others.
 const OTHERS: usize = 2;

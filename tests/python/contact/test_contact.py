@@ -563,9 +563,7 @@ FLYWHEEL = lissom.Link("wheel", joint=lissom.Revolute((1, 0, 0)), body=body(1e3)
 
 
 @pytest.mark.parametrize("other", [HEAVY, FALLING, FLYWHEEL], ids=lambda link: link.name)
-@pytest.mark.parametrize(
-    "options", [{}, {"rho_inf": 0.8}], ids=["default", "alpha"]
-)
+@pytest.mark.parametrize("options", [{}, {"rho_inf": 0.8}], ids=["default", "alpha"])
 @pytest.mark.parametrize("stiffness", [1e8, (np.pi / 0.032) ** 2], ids=["within a step", "in a few steps"])
 def test_impacts_are_doubted_beside_what_takes_no_part(stiffness, options, other):
     """Whatever moves beside a ball, and however much energy it has."""

@@ -173,7 +173,7 @@ def test_work_is_bounded_and_what_is_left_is_doubted():
     with pytest.warns(lissom.AccuracyWarning, match=r'impacts="resolved"'):
         stopped = lissom.simulate(robot, 10.0, dt=1e-2, **start, method=STOPPED)
     work, least = (run.stats.nfev + 5 * run.stats.njev for run in (result, stopped))
-    assert work < 1.5 * least + 200_000 / number**2 + 2000
+    assert work < 1.5 * least + 120_000 / number**2 + 2000
     energy = np.array([robot.energy(q, v).total for q, v in zip(result.q, result.v, strict=True)])
     assert np.all(np.diff(energy) < 1e-3 * (energy[0] - number * G * 0.1))
 
