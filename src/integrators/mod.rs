@@ -1,6 +1,6 @@
 //! Solvers of initial value problems, independent of rods.
 
-mod attempts;
+pub(crate) mod attempts;
 mod chord;
 pub mod newmark;
 pub mod ode;

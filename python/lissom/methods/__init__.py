@@ -36,7 +36,8 @@ def shorthand(method: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]
                 "options"
             )
         value = getattr(method, field.name)
-        if value != field.default:
+        # Runs of the Newmark family are differentiated only where nothing meets.
+        if value != field.default and field.name != "impacts":
             given[field.name] = value
     if name != "Newmark":
         return name.lower(), given | options

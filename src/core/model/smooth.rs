@@ -1,8 +1,8 @@
 //! Words for what a model of one's own does not have.
 
 use super::{
-    Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
-    InertiaMatrix, OneSided, Overlap, Radius, Reached, Refinable, Sprung, Switch, Tied,
+    Approach, Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact,
+    InTime, InertiaMatrix, OneSided, Overlap, Radius, Reached, Refinable, Resolution, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -205,8 +205,12 @@ impl<M: Smooth> InImpact for M {
         false
     }
 
-    fn is_jolted(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
-        false
+    fn resolution(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> Resolution {
+        Resolution::Fine
+    }
+
+    fn approach(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> Option<Approach> {
+        None
     }
 
     fn take_touched(&mut self) -> bool {

@@ -1,10 +1,11 @@
 //! What is wrong with the end of a step.
 
-use super::impacts::Impacts;
+use super::impacts::{Impacts, Remedy};
 use crate::error::Interrupted;
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Beside, Facts, Flaw, Holding, Model, Pressed, Radius, have_missed, have_passed, may_miss,
+    Approach, Beside, Facts, Flaw, Holding, Model, Pressed, Radius, Resolution, have_missed, have_passed,
+    may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -12,6 +13,10 @@ use crate::numerics::tape::Tape;
 /// Steps without memory after one in which a slack tendon has become taut: the first of them loses the velocity with which it
 /// came to the end, and its acceleration is that of a jump.
 pub(super) const STEPS_AFTER_STOP: usize = 2;
+
+/// Accelerations that change in a step by more than this part of the largest kinetic energy, as that of the velocity they gain in it, are those
+/// of vibrations that it does not resolve.
+const EXCITED: f64 = 1e-3;
 
 /// What is wrong with a step that is tried: the first of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,6 +97,10 @@ pub(crate) struct Unilateral {
     /// Whether a constraint that holds one way only has stopped something in it.
     pub(crate) has_stopped: bool,
     pub(super) impacts: Impacts,
+    /// How the last step sees its impacts, unless it is one without memory.
+    resolution: Resolution,
+    /// Whether the last step was made once more by a method that resolves its impacts.
+    pub(super) resumes: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
     pressed: Pressed,
@@ -186,9 +195,11 @@ impl Unilateral {
             return Ok(has_stopped);
         }
         let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
-        let is_jolted = model.is_jolted(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
+        self.resolution = model.resolution(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
         self.will_touch = model.is_touched();
-        Ok(has_stopped || is_jolted || self.gains_energy(model, ends, Beside::Motion)?)
+        Ok(has_stopped
+            || self.resolution == Resolution::Unresolved
+            || self.gains_energy(model, ends, Beside::Motion)?)
     }
 
     /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the step gain energy:
@@ -205,6 +216,21 @@ impl Unilateral {
         }
         model.set_time(ends.t[1])?;
         Ok(model.gains_energy(ends.before(), ends.after(), ends.h, beside))
+    }
+
+    /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
+    /// velocities can bear.
+    pub(super) fn is_excited<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<bool, Interrupted> {
+        let (h, [before, after]) = (ends.h, ends.a);
+        model.set_time(ends.t[1])?;
+        self.place.clear();
+        self.place.extend(ends.q[1].iter().zip(before.iter().zip(after)).map(|(_, (a0, a1))| h * (a1 - a0)));
+        let [of_change, kinetic] = [&self.place[..], ends.v[1]].map(|v| model.energy(ends.q[1], v).kinetic);
+        Ok(of_change > EXCITED * kinetic.max(self.impacts.largest_kinetic()))
     }
 
     /// Takes note of what an accepted step has lost where surfaces touch at one of its ends.
@@ -244,6 +270,20 @@ impl Unilateral {
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self) {
         self.impacts_before = self.impacts;
+        self.resolution = Resolution::Fine;
+    }
+
+    /// Whether an impact in the last step takes only a few steps.
+    pub(crate) fn is_coarse(&self) -> bool {
+        self.resolution == Resolution::Coarse
+    }
+
+    /// Takes note of what impacts that take a few steps have before them; which part of the largest kinetic energy in an impact so far
+    /// they would give back, `with` what is pressed already.
+    pub(crate) fn note_approach(&mut self, approach: &Approach, with_pressed: bool) -> f64 {
+        let largest = self.impacts.note_sizes(approach.kinetic, approach.elastic);
+        let energy = approach.closing + if with_pressed { approach.pressed } else { 0.0 };
+        if energy > 0.0 { energy / largest } else { 0.0 }
     }
 
     /// What the last step of fixed size has stopped that would rebound: its energy over the largest kinetic energy in an impact so far.
@@ -252,22 +292,23 @@ impl Unilateral {
     }
 
     /// The last step was made once more and has lost nothing. Accelerations of vibrations that steps do not resolve would feed the next
-    /// one energy, which is without memory.
+    /// one energy, which is then without memory.
     pub(crate) fn resolve(&mut self, touches: bool) {
         self.impacts = self.impacts.without_losses_since(&self.impacts_before);
-        (self.unsettled, self.touches) = (1, touches);
+        (self.unsettled, self.resumes, self.touches) = (1, true, touches);
         self.forget();
     }
 
     /// Why the motion in steps of such a size may be wrong although all were made.
-    pub(crate) fn doubt(&self, dt: f64, may_be_resolved: bool) -> Option<String> {
-        self.impacts.doubt(dt, may_be_resolved)
+    pub(crate) fn doubt(&self, dt: f64, remedy: Remedy) -> Option<String> {
+        self.impacts.doubt(dt, remedy)
     }
 
     /// What goes on from step to step.
     pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
         tape.flag(&mut self.touches);
+        tape.flag(&mut self.resumes);
         self.impacts.serialise(tape);
     }
 }

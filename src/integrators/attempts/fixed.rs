@@ -67,11 +67,14 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
     fn step(&mut self, t_new: f64, h: f64) -> Solved {
         // 1. As it is. Where it does not see an impact rise and fall, its end is stiff and its beginning is not: what the scheme
         // remembers of the accelerations would throw the surfaces apart faster than they came (Acary 2015).
-        if self.unilateral().unsettled == 0
+        let resumes = self.unilateral().resumes;
+        if (self.unilateral().unsettled == 0 || resumes)
             && self.try_step(t_new, h, Memory::Kept)?.is_ok()
             && self.diagnose(Memory::Kept)? == Diagnosis::Sound
+            && !(resumes && self.is_excited()?)
         {
             let (ends, unilateral) = self.stepper.tried();
+            unilateral.unsettled = 0;
             unilateral.follow_impact(model_of(self.system), &ends)?;
             self.accept()?;
             return Ok(Ok(()));
@@ -117,6 +120,11 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             self.unilateral().has_touched = model_of(self.system).take_touched();
         }
         Ok(solved)
+    }
+
+    fn is_excited(&mut self) -> Result<bool, Interrupted> {
+        let (ends, unilateral) = self.stepper.tried();
+        unilateral.is_excited(model_of(self.system), &ends)
     }
 
     fn diagnose(&mut self, memory: Memory) -> Result<Diagnosis, Interrupted> {
@@ -165,6 +173,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         self.stepper.accept(self.system)?;
         let unilateral = self.unilateral();
         unilateral.touches = unilateral.will_touch;
+        unilateral.resumes = false;
         Ok(())
     }
 

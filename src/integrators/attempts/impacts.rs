@@ -19,6 +19,17 @@ const AT_REST: f64 = 0.1;
 /// What loses energy in a few steps keeps it in steps of that part.
 const SHORTER: f64 = 0.25;
 
+/// What can be done about impacts that steps have stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Remedy {
+    /// Fixed steps can resolve them.
+    Resolve,
+    /// They do, but not with more work.
+    Bounded,
+    /// Only shorter steps or another method.
+    Shorten,
+}
+
 /// The impacts of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Impacts {
@@ -63,10 +74,22 @@ impl Impacts {
         self.most_missing = self.most_missing.max(self.missing);
     }
 
-    /// What they have lost since, over the largest kinetic energy in an impact.
+    /// The largest kinetic energy of what takes part in an impact so far.
+    pub(super) fn largest_kinetic(&self) -> f64 {
+        self.kinetic
+    }
+
+    /// Takes note of the energies at an impact; what losses are compared with.
+    pub(super) fn note_sizes(&mut self, kinetic: f64, elastic: f64) -> f64 {
+        self.kinetic = self.kinetic.max(kinetic);
+        self.elastic = self.elastic.max(elastic);
+        self.kinetic.max(self.elastic)
+    }
+
+    /// What they have lost since, over the largest kinetic energy in an impact, or elastic one.
     pub(super) fn lost_since(&self, before: &Self) -> f64 {
         let lost = self.lost - before.lost;
-        if lost > 0.0 { lost / self.kinetic } else { 0.0 }
+        if lost > 0.0 { lost / self.kinetic.max(self.elastic) } else { 0.0 }
     }
 
     /// As before these losses, but for the sizes to which losses are compared.
@@ -75,7 +98,7 @@ impl Impacts {
     }
 
     /// Why a motion with steps of this size may be wrong, if they have lost much.
-    pub(super) fn doubt(&self, dt: f64, may_be_resolved: bool) -> Option<String> {
+    pub(super) fn doubt(&self, dt: f64, remedy: Remedy) -> Option<String> {
         let &Self { lost, worst, at, contact, longest, kinetic, elastic, missing, most_missing, is_known } =
             self;
         let all = lost + most_missing;
@@ -100,15 +123,20 @@ impl Impacts {
         Some(format!(
             "Impacts are shorter than steps of {} s, which stop what should rebound: they take {} J out of the motion, {:.0} % of \
              its largest kinetic energy, {} J of these in contacts[{contact}] at t = {at:.3} s. Take `dt={longest:.1e}` or less, \
-             {softer:.0e} times that `stiffness`, {}method \"radau\".",
+             {softer:.0e} times that `stiffness`, {}or method \"radau\".{}",
             Number(dt),
             energy(lost),
             100.0 * lost / kinetic,
             energy(worst),
-            if may_be_resolved {
-                "`method=lissom.methods.Newmark(impacts=\"resolved\")`, or "
+            if remedy == Remedy::Resolve {
+                "`method=lissom.methods.Newmark(impacts=\"resolved\")`, "
             } else {
-                "or "
+                ""
+            },
+            if remedy == Remedy::Bounded {
+                " Steps of this size have resolved others, with half as much work as for all else."
+            } else {
+                ""
             }
         ))
     }

@@ -25,6 +25,7 @@ mod impacts;
 pub(crate) use adaptive::{Adaptive, MOST_UNSOUND, Sizes, Tried, adaptive_step};
 pub(crate) use diagnosis::{Diagnosis, Ends, Kind, Unilateral};
 pub(crate) use fixed::{Fixed, Memory, fixed_step};
+pub(crate) use impacts::Remedy;
 
 use crate::error::Interrupted;
 use crate::integrators::second_order::System;

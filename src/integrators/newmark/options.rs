@@ -24,9 +24,9 @@ pub enum Predictor {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Impacts {
     /// They stop what meets.
-    #[default]
     Stopped,
-    /// Simulations make the steps in which something would rebound once more, by Radau's method.
+    /// Simulations make the steps in which something rebounds once more, by Radau's method.
+    #[default]
     Resolved,
 }
 
@@ -94,7 +94,7 @@ pub struct Options {
     /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
     /// Default: true.
     pub reuse_jacobian: bool,
-    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Stopped`].
+    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Resolved`].
     pub impacts: Impacts,
     /// Accelerations at the start; `None` solves for them.
     pub initial_acceleration: Option<Vec<f64>>,

@@ -5,6 +5,7 @@ use super::resolving::{Resolved, Resolving};
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::integrators::attempts::Remedy;
 use crate::integrators::newmark;
 use crate::integrators::ode;
 use crate::integrators::ode::FirstOrder;
@@ -43,11 +44,6 @@ impl<M: Model> Integrator<M> {
                     let expected = "steps of one size, method \"radau\" or \"auto\", or tendons with a `stiffness`: this error estimate does not see \
                                     tendons that become taut";
                     return Err(InvalidInput::new("adaptive", "True", expected));
-                }
-                if model.facts().is_one_sided && options.impacts == newmark::Impacts::Resolved {
-                    let expected = "\"stopped\", or tendons with a `stiffness`: steps that are made once more do not look for tendons that \
-                                    do not stretch";
-                    return Err(InvalidInput::new("impacts", "\"resolved\"", expected));
                 }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
@@ -107,15 +103,21 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Makes a step of fixed size that has stopped an impact once more, by a method that resolves it. Returns the energy that is
-    /// dissipated then, and the work; `None` where the step stays as it is.
+    /// Makes a step of fixed size that has stopped an impact, or follows one by few steps, once more, by a method that resolves it. Returns
+    /// the energy that is dissipated then, and the work; `None` where the step stays as it is.
     pub(super) fn resolve_impact(
         &mut self,
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper } = self else { return Ok(None) };
-        let evaluations = stepper.counters().nfev;
-        let allowed = resolving.allowed(stepper.stopped(), stepper.q().len(), evaluations);
+        // Where hardly anything approaches, steps lose the energy of what slides and sticks.
+        let may_matter = Resolving::matters(stepper.stopped()) || stepper.unilateral_mut().is_coarse();
+        let matters = resolving.goes_on() || may_matter && Resolving::matters(approaching(model, stepper)?);
+        resolving.go_on(false);
+        if !matters {
+            return Ok(None);
+        }
+        let allowed = resolving.allowed(model.facts(), &stepper.counters());
         if allowed == 0 {
             return Ok(None);
         }
@@ -124,6 +126,13 @@ impl<M: Model> Integrator<M> {
         stepper.add_work(&work);
         let Some(Resolved { motion: [q, v, a], flow, touches }) = resolved else { return Ok(None) };
         stepper.end_instead([&q, &v, &a], touches);
+        if touches {
+            model.set_time(t_span.1)?;
+            let a = &a[..q.len()];
+            let found = model.approach([&q, &v], [&q, &v, a], t_span.1 - t_span.0);
+            let part = found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, true));
+            resolving.go_on(Resolving::matters(part));
+        }
         Ok(Some(flow))
     }
 
@@ -354,9 +363,9 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Why the motion so far may be wrong although all steps were made.
-    pub(super) fn doubt(&self) -> Option<String> {
-        if let Self::Newmark { stepper, .. } = self { stepper.doubt() } else { None }
+    /// Why the motion so far may be wrong although all steps were made, and what can be done.
+    pub(super) fn doubt(&self, remedy: Remedy) -> Option<String> {
+        if let Self::Newmark { stepper, .. } = self { stepper.doubt(remedy) } else { None }
     }
 
     /// Accepted steps so far.
@@ -409,6 +418,14 @@ fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     let expected = "\"analytic\": closed loops are held by exact derivatives";
     check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);
     check.finish()
+}
+
+/// What the impacts of the last step, which takes few steps for them, would give back of the largest kinetic energy in one.
+fn approaching<M: Model>(model: &mut M, stepper: &mut newmark::Stepper) -> Result<f64, Interrupted> {
+    let (t, motion) = stepper.state();
+    model.set_time(t)?;
+    let found = model.approach(stepper.before(), motion, t - stepper.t_old());
+    Ok(found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, false)))
 }
 
 fn of_second_order(

@@ -7,7 +7,7 @@
 use crate::error::Interrupted;
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
-use crate::model::Model;
+use crate::model::{Facts, Model};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, Rule, State};
 
@@ -20,18 +20,25 @@ const TOLERANCE: f64 = 1e-4;
 /// Absolute tolerance of displacements in their typical sizes, and of velocities in these per step: overlaps are small beside them.
 const SMALLEST: f64 = 1e-8;
 
-/// What took no more steps than these within one is resolved by steps of fixed size.
-const FEW: usize = 8;
+/// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
+/// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
+const FREE_WORK: usize = 120_000;
 
-/// Evaluations, times coordinates, for which impacts are resolved however few the others are: a second or so. A soft rod that falls on
-/// its end takes half of it.
-const FREE_WORK: usize = 400_000;
+/// Beside these, one for so many others.
+const OTHERS: usize = 2;
+
+/// A step is tried if that part of what the last one has taken in vain is allowed.
+const CHEAPER: usize = 4;
 
 /// How far impacts are resolved in a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Resolving {
     /// Evaluations so far.
     used: usize,
+    /// Those of the last step that took more than it was allowed.
+    in_vain: usize,
+    /// Whether an impact that matters has not been resolved, because of its work.
+    is_exhausted: bool,
     /// Whether the last step was resolved and ended within an impact: what is pressed is yet to be given back.
     goes_on: bool,
 }
@@ -54,14 +61,36 @@ fn work_of(counters: &Counters) -> usize {
 }
 
 impl Resolving {
-    /// Evaluations that may be made for a step that has stopped so much of `n` coordinates; none where it stays as it is. As many as
-    /// for all other steps are allowed in a run, of so many `evaluations` in all.
-    pub(super) fn allowed(&mut self, stopped: f64, n: usize, evaluations: usize) -> usize {
-        if !std::mem::take(&mut self.goes_on) && stopped <= MATTERS {
+    /// Whether this part of the largest kinetic energy in an impact matters.
+    pub(super) fn matters(part: f64) -> bool {
+        part > MATTERS
+    }
+
+    /// Whether the step follows on one that was resolved and ended within an impact.
+    pub(super) fn goes_on(&self) -> bool {
+        self.goes_on
+    }
+
+    /// The last step ended within an impact, or not.
+    pub(super) fn go_on(&mut self, is_within: bool) {
+        self.goes_on = is_within;
+    }
+
+    /// Whether impacts that matter have not been resolved, because that would have taken too much work.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.is_exhausted
+    }
+
+    /// Evaluations that may be made for a step of this model, in a run that has taken this work in all; none where that is not worth a try.
+    pub(super) fn allowed(&mut self, facts: &Facts, work: &Counters) -> usize {
+        let others = work_of(work).saturating_sub(self.used);
+        let free = FREE_WORK / (facts.n * facts.parts.len().max(1)).max(1);
+        let allowed = (free + others / OTHERS).saturating_sub(self.used);
+        if allowed <= self.in_vain / CHEAPER {
+            self.is_exhausted = true;
             return 0;
         }
-        // Those made here are among them.
-        (FREE_WORK / n.max(1) + evaluations).saturating_sub(2 * self.used)
+        allowed
     }
 
     /// The step of `model` from these displacements and velocities, with what it took; nothing where it takes more evaluations than
@@ -96,10 +125,10 @@ impl Resolving {
         self.used += work_of(&work);
         model.set_time(t_span.1)?;
         if status != Some(Status::Finished) {
+            (self.in_vain, self.is_exhausted) = (work_of(&work), true);
             return Ok((None, work));
         }
         let touches = model.overlaps(stepper.q());
-        self.goes_on = touches && work.steps > FEW;
         let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);
         let flow = meter.map_or([0.0; 2], |meter| meter.total());
         Ok((Some(Resolved { motion, flow, touches }), work))
@@ -108,6 +137,8 @@ impl Resolving {
     /// What goes on from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.count(&mut self.used);
+        tape.count(&mut self.in_vain);
+        tape.flag(&mut self.is_exhausted);
         tape.flag(&mut self.goes_on);
     }
 }

@@ -10,6 +10,7 @@ use super::start::Start;
 use super::status::{Status, Stop};
 use crate::description::signal::{Jumps, covers};
 use crate::error::{Interrupted, InvalidInput, Number};
+use crate::integrators::attempts::Remedy;
 use crate::integrators::ode;
 use crate::integrators::second_order;
 use crate::integrators::second_order::{Counters, Failure, Grid, is_whole, number_of_steps};
@@ -61,6 +62,7 @@ pub struct Run<M> {
     carried: Option<Box<Carried>>,
     /// Impacts in steps of one size, and what was dissipated and done in the last step that was made once more for them.
     resolves_impacts: bool,
+    may_resolve_impacts: bool,
     resolving: Resolving,
     resolved: Option<[f64; 2]>,
     stop: Option<Stop>,
@@ -98,7 +100,10 @@ impl<M: Model> Run<M> {
         let inputs = model.facts().default_inputs.clone();
         model.set_steps(method.fixed_step().unwrap_or(0.0));
         model.start_at(t_span.0);
-        let is_resolving = method.resolves_impacts() && model.facts().has_contact;
+        let facts = model.facts();
+        // Steps that are made once more do not look for tendons that do not stretch.
+        let resolves_impacts = method.resolves_impacts() && facts.has_contact && !facts.is_one_sided;
+        let may_resolve = method.fixed_step().is_some() && !facts.is_one_sided;
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
@@ -121,7 +126,8 @@ impl<M: Model> Run<M> {
             supply: None,
             is_watched: false,
             carried: None,
-            resolves_impacts: is_resolving,
+            resolves_impacts,
+            may_resolve_impacts: may_resolve,
             resolving: Resolving::default(),
             resolved: None,
             stop: None,
@@ -580,7 +586,12 @@ impl<M: Model> Run<M> {
             let of_energy = energy.as_ref().and_then(|energy| energy.verdict(model, state));
             of_energy.or_else(|| carried.as_ref()?.verdict(model, state))
         });
-        of_motion.or_else(|| self.integrator.doubt())
+        let remedy = match (self.resolves_impacts, self.may_resolve_impacts) {
+            (true, _) if self.resolving.is_exhausted() => Remedy::Bounded,
+            (false, true) => Remedy::Resolve,
+            _ => Remedy::Shorten,
+        };
+        of_motion.or_else(|| self.integrator.doubt(remedy))
     }
 
     /// Describes a status of this run, with advice unless it is a success.

@@ -82,12 +82,12 @@ def test_steps_of_a_pile_take_few_iterations(fallen):
 def test_what_steps_solve_for_does_not_depend_on_how(friction):
     # Errors of accelerations of one millionth are tolerated: tighter tolerances lead to the same states.
     robot = pile(2, friction=friction)
-    runs = [
-        lissom.simulate(
-            robot, 0.04, dt=1e-3, rtol=rtol, atol=1e-3 * rtol, method="generalised_alpha", rho_inf=0.8
-        )
+    # Steps that resolve impacts choose their sizes: these have larger errors.
+    methods = [
+        lissom.methods.Newmark(rho_inf=0.8, rtol=rtol, atol=1e-3 * rtol, impacts="stopped")
         for rtol in (1e-6, 1e-9)
     ]
+    runs = [lissom.simulate(robot, 0.04, dt=1e-3, method=method) for method in methods]
     assert all(run.success for run in runs)
     assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-7)
     assert_allclose(runs[0].v, runs[1].v, rtol=0, atol=1e-4)

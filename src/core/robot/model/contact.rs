@@ -3,7 +3,8 @@
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
 use crate::model::springs::Cords;
 use crate::model::{
-    Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Overlap, Radius, Reached, Sprung as _, chart,
+    Approach, Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Overlap, Radius, Reached, Resolution,
+    Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::Hardest;
@@ -162,13 +163,30 @@ impl InImpact for RobotModel {
         coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
     }
 
-    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
+    fn resolution(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Resolution {
+        // Forces have just been computed nearby.
+        let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());
+        if is_apart || !self.note_rates(before, motion) {
+            return Resolution::Fine;
+        }
         let Self { sweeps, coordinates, .. } = self;
-        let ([q, _, qdd], [_, qd_before]) = (motion, before);
-        let is_touched = coordinates
-            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
-        is_touched
-            && coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
+        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.resolution(motion, h)))
+    }
+
+    fn approach(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Approach> {
+        if !self.note_rates(before, motion) {
+            return None;
+        }
+        let Self { sweeps, coordinates, .. } = self;
+        let [closing, pressed] =
+            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.approach(motion, h)))?;
+        let [q, qd, _] = motion;
+        let [at_start, at_end] = [self.energy(before[0], before[1]), self.energy(q, qd)];
+        let mut taking_part = std::mem::take(&mut self.pressed);
+        taking_part.find(self, motion);
+        let kinetic = taking_part.kinetic(self, before, at_start.kinetic);
+        self.pressed = taking_part;
+        Some(Approach { closing, pressed, kinetic, elastic: at_end.elastic })
     }
 
     fn take_touched(&mut self) -> bool {
@@ -221,7 +239,7 @@ impl InImpact for RobotModel {
     }
 
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
-        let ([q, qd, qdd], [_, qd_before]) = (motion, before);
+        let [q, qd, qdd] = motion;
         if !self.noted.is_of(before) {
             self.note_energy(before);
         }
@@ -236,9 +254,8 @@ impl InImpact for RobotModel {
         self.pressed = pressed;
         // In a step of the backward Euler method forces do the work of its end.
         let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
+        self.note_rates(before, motion);
         let Self { sweeps, coordinates, .. } = self;
-        coordinates
-            .all([q, qd_before, qdd], |motion| on_sweeps!(&mut *sweeps, sweeps => sweeps.note_rates(motion)));
         let Hardest { contact, rebound, longest } =
             coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
         Some(Impact {
@@ -248,5 +265,13 @@ impl InImpact for RobotModel {
             elastic: at_end.elastic,
             longest,
         })
+    }
+}
+
+impl RobotModel {
+    /// Stores how fast surfaces that touch at the end of a step approach each other with the velocities of its start; false if none do.
+    fn note_rates(&mut self, [_, qd_before]: [&[f64]; 2], [q, _, qdd]: [&[f64]; 3]) -> bool {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd_before, qdd], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_rates(motion)))
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Overlap, Radius, Reached};
+use crate::model::{Overlap, Radius, Reached, Resolution};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
@@ -143,21 +143,29 @@ impl<G: Turning> Sweeps<G> {
         followed.length = length;
     }
 
+    /// Whether nothing touches in the motion that was evaluated last.
+    pub(crate) fn is_known_apart(&self) -> bool {
+        self.work.motion_is_known && self.work.effects.contact.touches.is_empty()
+    }
+
     /// Stores the approach velocities of surfaces that touch in a motion; false if none do.
     pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
-        // Forces have just been computed nearby.
-        if self.work.motion_is_known && self.work.effects.contact.touches.is_empty() {
-            return false;
-        }
         self.update_motion(motion);
         query::note_rates(&mut self.work);
         !self.work.effects.contact.touches.is_empty()
     }
 
-    /// Whether an impact is too hard for a step of size `h` that ends in a motion of the same shape.
-    pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
+    /// How a step of size `h` that ends in a motion of the same shape sees the impacts in it.
+    pub(crate) fn resolution(&mut self, motion: [&[f64]; 3], h: f64) -> Resolution {
         self.update_motion(motion);
-        query::is_jolted(&self.plan, &self.work, h)
+        query::resolution(&self.plan, &self.work, h)
+    }
+
+    /// Energies of approach and of overlaps in the impacts that take a few steps of size `h`, the last of which ends in a motion of
+    /// the same shape.
+    pub(crate) fn approach(&mut self, motion: [&[f64]; 3], h: f64) -> Option<[f64; 2]> {
+        self.update_motion(motion);
+        query::approach(&self.plan, &self.work, h)
     }
 
     /// The hardest impact in a step that ends in a motion of the same shape.

@@ -5,6 +5,7 @@ use super::super::options::Options;
 use super::super::scheme::Scheme;
 use super::StepperOf;
 use crate::error::{Interrupted, InvalidInput};
+use crate::integrators::attempts::{Remedy, Unilateral};
 use crate::integrators::second_order::{Counters, Status, System};
 use crate::numerics::tape::Tape;
 
@@ -111,6 +112,11 @@ impl Stepper {
         of_kind!(&self.0, stepper => stepper.unilateral.stopped())
     }
 
+    /// What acts one way only, as far as it is known.
+    pub(crate) fn unilateral_mut(&mut self) -> &mut Unilateral {
+        of_kind!(&mut self.0, stepper => &mut stepper.unilateral)
+    }
+
     /// Displacements and velocities at the start of the last step.
     pub(crate) fn before(&self) -> [&[f64]; 2] {
         of_kind!(&self.0, stepper => [&stepper.q_old[..], &stepper.v_old])
@@ -188,9 +194,9 @@ impl Stepper {
         of_kind!(&self.0, stepper => stepper.status)
     }
 
-    /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve.
-    pub fn doubt(&self) -> Option<String> {
-        of_kind!(&self.0, stepper => stepper.doubt())
+    /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve, and what can be done.
+    pub(crate) fn doubt(&self, remedy: Remedy) -> Option<String> {
+        of_kind!(&self.0, stepper => stepper.doubt(remedy))
     }
 
     /// Describes a status of this integration, with advice unless it is a success.

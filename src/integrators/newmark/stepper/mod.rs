@@ -9,11 +9,11 @@ mod kinds;
 use super::corrector::Corrector;
 use super::error_estimate::ErrorEstimate;
 use super::numbers::Numbers;
-use super::options::{Impacts, Options, Predictor, StepSize};
+use super::options::{Options, Predictor, StepSize};
 use super::scheme::{Scheme, Step};
 use super::trial::Trial;
 use crate::error::Interrupted;
-use crate::integrators::attempts::Unilateral;
+use crate::integrators::attempts::{Remedy, Unilateral};
 use crate::integrators::second_order::{
     Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
 };
@@ -258,10 +258,8 @@ impl<V: Numbers> StepperOf<V> {
         self.corrector.doubt_jacobian();
     }
 
-    fn doubt(&self) -> Option<String> {
-        // Without tendons that do not stretch there are no multipliers.
-        let may_be_resolved = self.options.impacts == Impacts::Stopped && self.a.len() == self.q.len();
-        self.unilateral.doubt(self.options.dt, may_be_resolved)
+    fn doubt(&self, remedy: Remedy) -> Option<String> {
+        self.unilateral.doubt(self.options.dt, remedy)
     }
 
     /// Puts this end in place of that of the last step, which was made once more with so much work.
