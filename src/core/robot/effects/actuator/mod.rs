@@ -20,6 +20,7 @@
 
 mod active_strain;
 mod along_rod;
+pub(crate) mod along_strains;
 mod chamber;
 pub(crate) mod compile;
 pub mod described;

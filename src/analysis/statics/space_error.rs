@@ -1,0 +1,282 @@
+//! Error of an equilibrium due to the finite number of modes.
+//!
+//! The strains that the modes leave out follow from the balance of the forces in the shape that was found
+//! ([`Refinable::missing_strain`](crate::model::Refinable::missing_strain)), and what they displace while the forces stay as they
+//! are costs little more than an evaluation of these forces. Forces do change with the shape: tension makes the true error
+//! smaller than that, compression larger, at most by the inverse of the lowest eigenvalue of the stiffness relative to that of the
+//! material. Where this is not clearly small, one step of Newton's method in a model with more modes, from the shape that was
+//! found, tells the error with all changes of forces, of loops and of contacts (a hierarchical estimate: Bank and Weiser 1985). What
+//! even these modes leave out follows from the balance in the new shape.
+
+use super::outcome::Equilibrium;
+use crate::analysis::refined::{all_places, embed};
+use crate::analysis::stability::Stability;
+use crate::description::rod::{MAX_MODES, STRAIN_NAMES};
+use crate::error::Interrupted;
+use crate::model::constraint::one_sided;
+use crate::model::{MissingStrain, Model};
+use crate::numerics::linalg::{Lu, Matrix, minimum_norm_solution};
+
+/// Errors above this part of the length are worth a warning.
+pub const LARGE: f64 = 1e-2;
+
+/// Up to this part of the length, displacements by missing strains under unchanged forces are clear enough: errors that are
+/// [`LARGE`] are not mistaken for smaller ones (`benches/python/accuracy/statics.py`).
+const CLEAR: f64 = 3e-3;
+
+/// Lowest eigenvalue of the stiffness below which it is not known how much forces multiply an error.
+const SOFTEST: f64 = 0.05;
+
+/// Additional modes of the strains that have some: enough for the error of cones and boundary layers. For large models fewer.
+const MORE_MODES: [usize; 2] = [12, 4];
+
+/// Largest model with more modes: one second of work.
+const MOST_COORDINATES: usize = 600;
+
+/// Reciprocal condition number below which a system counts as singular, as that of redundant loops.
+const SINGULAR: f64 = 1e-14;
+
+/// Of what the modes leave out, the part that even more of them leave out, if rather the segments are too few.
+const HARDLY_HELPS: f64 = 0.3;
+
+/// Largest error of a place, relative to the length.
+const FARTHEST: f64 = 2.0;
+
+/// How much an estimate may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// A model with more modes only where the balance of forces alone leaves doubts; usually a hundredth of a search.
+    Little,
+    /// Always one step of such a model.
+    Full,
+}
+
+/// How an error was estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// By the balance of forces alone.
+    Balance,
+    /// By a step of a model with more modes.
+    MoreModes,
+}
+
+/// Estimated error of an equilibrium due to the finite number of modes of its rods. Strains without modes count as rigid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpaceError {
+    /// Error of the tips of rods and of bodies, in metres, the largest one. By the balance alone it is that of the shape.
+    pub tip: f64,
+    /// Largest error of the position of anything, in metres.
+    pub shape: f64,
+    /// The same relative to the length of the model.
+    pub relative: f64,
+    /// Largest error of the curvature, torsion included, in radians per metre.
+    pub curvature: f64,
+    /// Largest error of the moment of the material, in newton metres.
+    pub moment: f64,
+    /// The segment, counted through all rods, that contributes most to the error of the shape, and its name.
+    pub segment: usize,
+    /// See `segment`.
+    pub name: String,
+    /// The strain of this segment that lacks most.
+    pub strain: &'static str,
+    /// How this was found.
+    pub estimate: Estimate,
+    /// Whether more modes of this segment help; otherwise it should be divided.
+    pub is_helped_by_modes: bool,
+}
+
+impl SpaceError {
+    /// What to tell of it if it is large.
+    pub fn doubt(&self) -> Option<String> {
+        let is_small = self.relative <= LARGE;
+        (!is_small).then(|| {
+            let Self { relative, tip, name, strain, .. } = self;
+            let cure = match self.is_helped_by_modes {
+                true => format!("give it more `modes` of {strain}, or divide it into more segments"),
+                false => format!("divide it into more segments, above all where loads, tendons or the section change; more `modes` of {strain} help less"),
+            };
+            format!(
+                "The finite number of modes leaves an error of about {:.1} % of the length ({tip:.1e} m at the tip). Most of it is \
+                 due to {strain} of {name}: {cure}.",
+                100.0 * relative
+            )
+        })
+    }
+}
+
+/// Estimates the error of an equilibrium `found` of this model at the time `t` and with the inputs `u`, if not those by default.
+/// `None` if it is none, or if nothing in the model is discretised. With [`Effort::Little`] it costs a few evaluations of forces,
+/// otherwise a model with more modes and one tangent and factorisation of it. Allocates.
+pub fn space_error<M: Model + Clone>(
+    model: &mut M,
+    found: &Equilibrium,
+    (t, u): (f64, Option<&[f64]>),
+    effort: Effort,
+) -> Result<Option<SpaceError>, Interrupted> {
+    if !found.status.is_success() {
+        return Ok(None);
+    }
+    let Some(missing) = model.missing_strain(&found.q) else { return Ok(None) };
+    let length = model.facts().length;
+    let softness = found.lowest.abs().clamp(SOFTEST, 1.0);
+    let doubtful = missing.displacement / if softness.is_nan() { 1.0 } else { softness };
+    let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
+    let is_clear = doubtful <= CLEAR * length && effort == Effort::Little;
+    let mut errors = None;
+    if !is_clear && !is_neutral {
+        errors = by_more_modes(model, found, (t, u), missing)?;
+    }
+    let errors = errors.unwrap_or_else(|| {
+        let farthest = FARTHEST * length;
+        let shape = if doubtful <= farthest { doubtful } else { farthest };
+        Errors { tip: shape, shape, strains: missing, estimate: Estimate::Balance, is_helped_by_modes: true }
+    });
+    let Errors { tip, shape, strains, estimate, is_helped_by_modes } = errors;
+    Ok(Some(SpaceError {
+        tip,
+        shape,
+        relative: shape.max(tip) / length,
+        curvature: strains.curvature,
+        moment: strains.moment,
+        segment: missing.segment,
+        name: model.name_of_segment(missing.segment),
+        strain: STRAIN_NAMES[missing.strain],
+        estimate,
+        is_helped_by_modes,
+    }))
+}
+
+/// Errors of positions, and of strains.
+struct Errors {
+    tip: f64,
+    shape: f64,
+    strains: MissingStrain,
+    estimate: Estimate,
+    is_helped_by_modes: bool,
+}
+
+/// Errors by a step of a model with more modes; `None` if there is no such model, or if nothing finite follows from it.
+fn by_more_modes<M: Model + Clone>(
+    model: &mut M,
+    found: &Equilibrium,
+    (t, u): (f64, Option<&[f64]>),
+    missing: MissingStrain,
+) -> Result<Option<Errors>, Interrupted> {
+    let Some((mut richer, q)) = with_more_modes(model, &found.q) else { return Ok(None) };
+    if let Some(u) = u {
+        richer.set_inputs(u);
+    }
+    richer.set_time(t)?;
+    let rest = vec![0.0; found.q.len()];
+    let mut multipliers = vec![0.0; model.facts().constraints()];
+    if !multipliers.is_empty()
+        && one_sided::multipliers(model, [&found.q, &rest, &rest], &mut multipliers).is_err()
+    {
+        return Ok(None);
+    }
+    let Some(step) = newton_step(&mut richer, &q, &multipliers) else { return Ok(None) };
+    let there: Vec<f64> = q.iter().zip(&step).map(|(q, step)| q + step).collect();
+    let [tip, shape] = displacements(&mut richer, [&q, &there]);
+    let left = richer.missing_strain(&there).map_or(0.0, |missing| missing.displacement);
+    // What even these modes leave out, in proportion to what they found of all that is missing.
+    let part = if missing.displacement > 0.0 { left / missing.displacement } else { 0.0 };
+    let strains = richer.effect_of_strains(&q, &step).unwrap_or_default();
+    let with_rest = |found: f64, all: f64| if part < 1.0 { found * (1.0 + part) } else { found.max(all) };
+    let all = missing.displacement.min(FARTHEST * model.facts().length);
+    let [tip, shape] = [tip, shape].map(|found| with_rest(found, all));
+    let curvature = with_rest(strains.curvature, missing.curvature);
+    let moment = with_rest(strains.moment, missing.moment);
+    let is_finite = [tip, shape, curvature, moment].iter().all(|x| x.is_finite());
+    Ok(is_finite.then_some(Errors {
+        tip,
+        shape,
+        strains: MissingStrain { curvature, moment, ..strains },
+        estimate: Estimate::MoreModes,
+        is_helped_by_modes: part <= HARDLY_HELPS,
+    }))
+}
+
+/// A model with more modes of all strains that have some, and the shape in its coordinates.
+fn with_more_modes<M: Model>(model: &M, q: &[f64]) -> Option<(M, Vec<f64>)> {
+    let modes = model.modes()?;
+    let between = model.coordinates_between();
+    MORE_MODES.into_iter().find_map(|more| {
+        let with_more = |&modes: &usize| if modes == 0 { 0 } else { (modes + more).min(MAX_MODES) };
+        let fine: Vec<usize> = modes.iter().map(with_more).collect();
+        if fine.iter().sum::<usize>() > MOST_COORDINATES {
+            return None;
+        }
+        let richer = model.with_modes(&fine)?;
+        let q = embed(q, &all_places(&modes, &fine, &between), richer.facts().n);
+        Some((richer, q))
+    })
+}
+
+/// A step of Newton's method for shape and multipliers together; of several, as with redundant loops, the shortest one.
+fn newton_step<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Option<Vec<f64>> {
+    let (n, m) = (q.len(), multipliers.len());
+    let rest = vec![0.0; n];
+    let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; m]);
+    let (mut tangent, mut jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
+    if model.facts().is_one_sided {
+        model.release(multipliers);
+    }
+    model.set_multipliers(multipliers);
+    model.inverse_dynamics(q, &rest, &rest, &mut forces);
+    model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+    model.set_multipliers(&vec![0.0; m]);
+    if m > 0 {
+        model.gaps(q, &mut gaps);
+        model.gap_jacobian(q, &mut jacobian);
+    }
+    let sizes = &model.facts().typical_coordinates;
+    let energy = (0..n).map(|k| (tangent[(k, k)] * sizes[k] * sizes[k]).abs()).fold(0.0, f64::max);
+    let mut system = Matrix::zeros(n + m, n + m);
+    let mut right = vec![0.0; n + m];
+    for k in 0..n {
+        right[k] = -forces[k] * sizes[k] / energy;
+        for j in 0..n {
+            system[(j, k)] = tangent[(j, k)] * sizes[j] * sizes[k] / energy;
+        }
+    }
+    for i in 0..m {
+        let moved = (0..n).map(|k| (jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>().sqrt();
+        if moved == 0.0 {
+            // Constraints that do not act have no row.
+            system[(n + i, n + i)] = 1.0;
+            continue;
+        }
+        right[n + i] = -gaps[i] / moved;
+        for k in 0..n {
+            let entry = jacobian[(i, k)] * sizes[k] / moved;
+            (system[(n + i, k)], system[(k, n + i)]) = (entry, entry);
+        }
+    }
+    let mut lu = Lu::new(n + m);
+    if lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR {
+        lu.solve(&mut right);
+    } else {
+        right = minimum_norm_solution(&system, &right)?.x;
+    }
+    Some(right[..n].iter().zip(sizes).map(|(x, size)| x * size).collect())
+}
+
+/// Largest distances between two shapes: of tips and bodies, and of any section or body.
+fn displacements<M: Model>(model: &mut M, shapes: [&[f64]; 2]) -> [f64; 2] {
+    let largest = |[from, to]: &[Vec<[f64; 3]>; 2]| {
+        let distance =
+            |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+        // Keeps what is not a number.
+        let distances = from.iter().zip(to).map(distance);
+        distances.fold(0.0, |largest: f64, x| if x <= largest { largest } else { x })
+    };
+    let mut places = [Vec::new(), Vec::new()];
+    let mut sections = [Vec::new(), Vec::new()];
+    for (i, q) in shapes.into_iter().enumerate() {
+        model.places(q, &mut places[i]);
+        model.outline(q, &mut sections[i]);
+    }
+    let tip = largest(&places);
+    let along = largest(&sections);
+    [tip, if along <= tip { tip } else { along }]
+}
