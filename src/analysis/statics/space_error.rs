@@ -15,7 +15,7 @@ use crate::description::rod::{MAX_MODES, STRAIN_NAMES};
 use crate::error::Interrupted;
 use crate::model::constraint::one_sided;
 use crate::model::{MissingStrain, Model};
-use crate::numerics::linalg::{Lu, Matrix, minimum_norm_solution};
+use crate::numerics::linalg::{Lu, Matrix, minimum_norm_solution, norm};
 
 /// Errors above this part of the length are worth a warning.
 pub const LARGE: f64 = 1e-2;
@@ -27,6 +27,10 @@ const CLEAR: f64 = 3e-3;
 /// Lowest eigenvalue of the stiffness below which it is not known how much forces multiply an error.
 const SOFTEST: f64 = 0.05;
 
+/// Rotation between neighbouring nodes, in radians, up to which quadrature has no part in an error: with more it is far from
+/// [`CLEAR`] only up to one and a half (Gauss-Legendre quadrature of `exp(i k x)` converges for k beyond half the number of nodes).
+const RESOLVED: f64 = 1.0;
+
 /// Additional modes of the strains that have some: enough for the error of cones and boundary layers. For large models fewer.
 const MORE_MODES: [usize; 2] = [12, 4];
 
@@ -35,6 +39,11 @@ const MOST_COORDINATES: usize = 600;
 
 /// Reciprocal condition number below which a system counts as singular, as that of redundant loops.
 const SINGULAR: f64 = 1e-14;
+
+/// Corrections of a step with the same tangent, and the part of the forces out of balance that may be left by them: what is left is
+/// not taken for something that modes leave out.
+const CORRECTIONS: usize = 8;
+const BALANCED: f64 = 1e-4;
 
 /// Of what the modes leave out, the part that even more of them leave out, if rather the segments are too few.
 const HARDLY_HELPS: f64 = 0.3;
@@ -121,7 +130,7 @@ pub fn space_error<M: Model + Clone>(
     let softness = found.lowest.abs().clamp(SOFTEST, 1.0);
     let doubtful = missing.displacement / if softness.is_nan() { 1.0 } else { softness };
     let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
-    let is_clear = doubtful <= CLEAR * length && effort == Effort::Little;
+    let is_clear = doubtful <= CLEAR * length && missing.turn <= RESOLVED && effort == Effort::Little;
     let mut errors = None;
     if !is_clear && !is_neutral {
         errors = by_more_modes(model, found, (t, u), missing)?;
@@ -174,13 +183,13 @@ fn by_more_modes<M: Model + Clone>(
     {
         return Ok(None);
     }
-    let Some(step) = newton_step(&mut richer, &q, &multipliers) else { return Ok(None) };
-    let there: Vec<f64> = q.iter().zip(&step).map(|(q, step)| q + step).collect();
-    let [tip, shape] = displacements(&mut richer, [&q, &there]);
-    let left = richer.missing_strain(&there).map_or(0.0, |missing| missing.displacement);
-    // What even these modes leave out, in proportion to what they found of all that is missing.
-    let part = if missing.displacement > 0.0 { left / missing.displacement } else { 0.0 };
+    let Some(mut system) = Linearised::new(&mut richer, &q, &multipliers) else { return Ok(None) };
+    let Some(there) = system.step(&mut richer, &q) else { return Ok(None) };
+    let [tip, shape] = displacements(model, &found.q, &mut richer, [&q, &there]);
+    let step: Vec<f64> = there.iter().zip(&q).map(|(there, q)| there - q).collect();
     let strains = richer.effect_of_strains(&q, &step).unwrap_or_default();
+    let part = left_out(&mut richer, &mut system, there, missing);
+    // Modes that find nothing of what is missing say nothing.
     let with_rest = |found: f64, all: f64| if part < 1.0 { found * (1.0 + part) } else { found.max(all) };
     let all = missing.displacement.min(FARTHEST * model.facts().length);
     let [tip, shape] = [tip, shape].map(|found| with_rest(found, all));
@@ -212,71 +221,138 @@ fn with_more_modes<M: Model>(model: &M, q: &[f64]) -> Option<(M, Vec<f64>)> {
     })
 }
 
-/// A step of Newton's method for shape and multipliers together; of several, as with redundant loops, the shortest one.
-fn newton_step<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Option<Vec<f64>> {
-    let (n, m) = (q.len(), multipliers.len());
-    let rest = vec![0.0; n];
-    let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; m]);
-    let (mut tangent, mut jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
-    if model.facts().is_one_sided {
-        model.release(multipliers);
-    }
-    model.set_multipliers(multipliers);
-    model.inverse_dynamics(q, &rest, &rest, &mut forces);
-    model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-    model.set_multipliers(&vec![0.0; m]);
-    if m > 0 {
-        model.gaps(q, &mut gaps);
-        model.gap_jacobian(q, &mut jacobian);
-    }
-    let sizes = &model.facts().typical_coordinates;
-    let energy = (0..n).map(|k| (tangent[(k, k)] * sizes[k] * sizes[k]).abs()).fold(0.0, f64::max);
-    let mut system = Matrix::zeros(n + m, n + m);
-    let mut right = vec![0.0; n + m];
-    for k in 0..n {
-        right[k] = -forces[k] * sizes[k] / energy;
-        for j in 0..n {
-            system[(j, k)] = tangent[(j, k)] * sizes[j] * sizes[k] / energy;
+/// What even more modes leave out, as a part of what is missing without them: by the balance of forces where a step has led.
+fn left_out<M: Model>(
+    model: &mut M,
+    system: &mut Linearised,
+    mut q: Vec<f64>,
+    missing: MissingStrain,
+) -> f64 {
+    let mut has_converged = system.out_of_balance <= BALANCED * system.at_first;
+    for _ in 0..CORRECTIONS {
+        let before = system.out_of_balance;
+        let Some(next) = system.step(model, &q) else { break };
+        has_converged = system.out_of_balance <= BALANCED * system.at_first;
+        if has_converged || system.out_of_balance > before && before < system.at_first {
+            break;
         }
+        q = next;
     }
-    for i in 0..m {
-        let moved = (0..n).map(|k| (jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>().sqrt();
-        if moved == 0.0 {
-            // Constraints that do not act have no row.
-            system[(n + i, n + i)] = 1.0;
-            continue;
-        }
-        right[n + i] = -gaps[i] / moved;
-        for k in 0..n {
-            let entry = jacobian[(i, k)] * sizes[k] / moved;
-            (system[(n + i, k)], system[(k, n + i)]) = (entry, entry);
-        }
-    }
-    let mut lu = Lu::new(n + m);
-    if lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR {
-        lu.solve(&mut right);
-    } else {
-        right = minimum_norm_solution(&system, &right)?.x;
-    }
-    Some(right[..n].iter().zip(sizes).map(|(x, size)| x * size).collect())
+    let left = model.missing_strain(&q).map_or(0.0, |missing| missing.displacement);
+    let part = if missing.displacement > 0.0 { left / missing.displacement } else { 0.0 };
+    // Far from an equilibrium the balance tells nothing.
+    if has_converged { part } else { 0.0 }
 }
 
-/// Largest distances between two shapes: of tips and bodies, and of any section or body.
-fn displacements<M: Model>(model: &mut M, shapes: [&[f64]; 2]) -> [f64; 2] {
-    let largest = |[from, to]: &[Vec<[f64; 3]>; 2]| {
+/// The equations of shape and multipliers together, linearised at a shape and in dimensionless form.
+struct Linearised {
+    sizes: Vec<f64>,
+    energy: f64,
+    /// Change of the gap of each constraint by coordinates of their sizes; zero of those that do not act.
+    moved: Vec<f64>,
+    system: Matrix,
+    /// Factors, unless the system is singular, as with redundant loops.
+    lu: Option<Lu>,
+    multipliers: Vec<f64>,
+    /// Norm of the right-hand side of the first step and of the last one.
+    at_first: f64,
+    out_of_balance: f64,
+}
+
+impl Linearised {
+    /// `None` if a number is not finite.
+    fn new<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Option<Self> {
+        let (n, m) = (q.len(), multipliers.len());
+        let rest = vec![0.0; n];
+        let (mut tangent, mut jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
+        if model.facts().is_one_sided {
+            model.release(multipliers);
+        }
+        model.set_multipliers(multipliers);
+        model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+        model.set_multipliers(&vec![0.0; m]);
+        if m > 0 {
+            model.gap_jacobian(q, &mut jacobian);
+        }
+        let sizes = model.facts().typical_coordinates.clone();
+        let energy = (0..n).map(|k| (tangent[(k, k)] * sizes[k] * sizes[k]).abs()).fold(0.0, f64::max);
+        let mut system = Matrix::zeros(n + m, n + m);
+        for k in 0..n {
+            for j in 0..n {
+                system[(j, k)] = tangent[(j, k)] * sizes[j] * sizes[k] / energy;
+            }
+        }
+        let moved = |i: usize| (0..n).map(|k| (jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>().sqrt();
+        let moved: Vec<f64> = (0..m).map(moved).collect();
+        for i in 0..m {
+            if moved[i] == 0.0 {
+                system[(n + i, n + i)] = 1.0;
+                continue;
+            }
+            for k in 0..n {
+                let entry = jacobian[(i, k)] * sizes[k] / moved[i];
+                (system[(n + i, k)], system[(k, n + i)]) = (entry, entry);
+            }
+        }
+        if !system.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let mut lu = Lu::new(n + m);
+        let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR;
+        let (lu, multipliers) = (is_regular.then_some(lu), multipliers.to_vec());
+        Some(Self { sizes, energy, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
+    }
+
+    /// The shape to which a step of Newton's method leads from another one nearby, with the multipliers going along; of several, as
+    /// with redundant loops, the nearest. `None` if it is not finite.
+    fn step<M: Model>(&mut self, model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
+        let (n, m) = (q.len(), self.multipliers.len());
+        let rest = vec![0.0; n];
+        let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; m]);
+        model.set_multipliers(&self.multipliers);
+        model.inverse_dynamics(q, &rest, &rest, &mut forces);
+        model.set_multipliers(&vec![0.0; m]);
+        if m > 0 {
+            model.gaps(q, &mut gaps);
+        }
+        let of_forces = forces.iter().zip(&self.sizes).map(|(force, size)| -force * size / self.energy);
+        let of_gaps =
+            gaps.iter().zip(&self.moved).map(|(gap, moved)| if *moved == 0.0 { 0.0 } else { -gap / moved });
+        let mut right: Vec<f64> = of_forces.chain(of_gaps).collect();
+        self.out_of_balance = norm(&right);
+        if self.at_first == 0.0 {
+            self.at_first = self.out_of_balance;
+        }
+        match &mut self.lu {
+            Some(lu) => lu.solve(&mut right),
+            None => right = minimum_norm_solution(&self.system, &right)?.x,
+        }
+        for ((multiplier, x), moved) in self.multipliers.iter_mut().zip(&right[n..]).zip(&self.moved) {
+            if *moved != 0.0 {
+                *multiplier += x * self.energy / moved;
+            }
+        }
+        let there: Vec<f64> =
+            q.iter().zip(&right).zip(&self.sizes).map(|((q, x), size)| q + x * size).collect();
+        there.iter().all(|x| x.is_finite()).then_some(there)
+    }
+}
+
+/// Largest distances of tips and bodies from where they are in the coarser model, and of any section or body. Of sections only the
+/// step counts, because the nodes of both models are different ones.
+fn displacements<M: Model>(coarse: &mut M, q: &[f64], richer: &mut M, [from, to]: [&[f64]; 2]) -> [f64; 2] {
+    let largest = |from: &[[f64; 3]], to: &[[f64; 3]]| {
         let distance =
             |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
         // Keeps what is not a number.
         let distances = from.iter().zip(to).map(distance);
         distances.fold(0.0, |largest: f64, x| if x <= largest { largest } else { x })
     };
-    let mut places = [Vec::new(), Vec::new()];
-    let mut sections = [Vec::new(), Vec::new()];
-    for (i, q) in shapes.into_iter().enumerate() {
-        model.places(q, &mut places[i]);
-        model.outline(q, &mut sections[i]);
-    }
-    let tip = largest(&places);
-    let along = largest(&sections);
+    let [mut before, mut after, mut outline, mut stepped] = [const { Vec::new() }; 4];
+    coarse.places(q, &mut before);
+    richer.places(to, &mut after);
+    richer.outline(from, &mut outline);
+    richer.outline(to, &mut stepped);
+    let (tip, along) = (largest(&before, &after), largest(&outline, &stepped));
     [tip, if along <= tip { tip } else { along }]
 }

@@ -852,7 +852,8 @@ _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EnsembleResult EquilibriumPath FitResult JacobianCheck SensitivityResult
 EquilibriumSensitivityResult LissomError Model ModesResult MotionResult OdeResult OdeSolver Overlap
-ReachResult RootResult Scene SceneError SceneProblem Section SimulationSettings StaticsResult Statistics
+ReachResult RootResult Scene SceneError SceneProblem Section SimulationSettings SpaceError StaticsResult
+Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
 #: Replacements for the braces.

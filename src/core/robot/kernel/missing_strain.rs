@@ -18,6 +18,7 @@ use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
 use super::adjoint::carried;
+use super::validity;
 
 /// Stiffness per length of the strains.
 type Stiffness = [[f64; STRAINS]; STRAINS];
@@ -136,6 +137,12 @@ pub(crate) fn effect<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, strains: &
         effect.strain = largest_strain(&plan.pieces[s], strains);
     }
     effect
+}
+
+/// Largest rotation of a rod between neighbouring nodes.
+pub(crate) fn largest_turn<G: Turning>(plan: &Plan<G>, q: &[f64]) -> f64 {
+    let rods = plan.pieces.iter().filter(|piece| piece.packs > 0 && !piece.is_joint);
+    rods.map(|piece| validity::largest_turn(piece, q)).fold(0.0, f64::max)
 }
 
 /// Curvature, and moment of the material, of these strains.

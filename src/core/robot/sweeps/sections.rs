@@ -48,13 +48,16 @@ impl<G: Turning> Sweeps<G> {
         let mut tau = vec![0.0; self.plan.n];
         self.forces_at_rest(q, &mut tau);
         let missing = missing_strain::of_balance(&self.plan, &self.work, robot, q);
-        missing_strain::effect(&self.plan, &self.work, &missing)
+        let turn = missing_strain::largest_turn(&self.plan, q);
+        MissingStrain { turn, ..missing_strain::effect(&self.plan, &self.work, &missing) }
     }
 
     /// What a change of the strains of the modes would cause in a shape.
     pub(crate) fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> MissingStrain {
         self.update_kinematics(q);
-        missing_strain::effect(&self.plan, &self.work, &missing_strain::of_modes(&self.plan, change))
+        let strains = missing_strain::of_modes(&self.plan, change);
+        let turn = missing_strain::largest_turn(&self.plan, q);
+        MissingStrain { turn, ..missing_strain::effect(&self.plan, &self.work, &strains) }
     }
 
     /// Adds the positions, in the frame of the plan, of all nodes of rods.

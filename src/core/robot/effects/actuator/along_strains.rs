@@ -36,7 +36,8 @@ pub(crate) fn add<G: Turning>(
             for part in compile::parts(along, robot, &plan.pieces, &plan.links[along.link].rod) {
                 let piece = &plan.pieces[part.piece];
                 let guide = guides.next();
-                for (i, &x) in piece.gauss.nodes.iter().enumerate().filter(|(_, x)| part.reaches(**x)) {
+                let shares = part.shares(piece);
+                for (i, &x) in piece.gauss.nodes.iter().enumerate() {
                     let node = LANES * piece.first_pack + i;
                     let density = match (actuator, guide) {
                         (Actuator::Chamber(chamber), _) => part.swells(x).map(|slope| chamber.area * slope),
@@ -46,6 +47,7 @@ pub(crate) fn add<G: Turning>(
                         }
                         _ => [0.0; STRAINS],
                     };
+                    let force = force * shares[i];
                     to[node].iter_mut().zip(density).for_each(|(to, density)| *to += force * density);
                 }
             }
@@ -89,9 +91,16 @@ fn ratio_at<G: Turning>(
 }
 
 impl Embedded<'_> {
-    /// Whether a place of its piece lies on the path.
-    fn reaches(&self, x: f64) -> bool {
-        (self.ends[0]..=self.ends[1]).contains(&x)
+    /// The part of each node of the piece that lies on the path, such that integrals over the path are those of a path that ends
+    /// between nodes (as of wrenches at points, `plan::point`).
+    fn shares<G: Turning>(&self, piece: &PiecePlan<G>) -> Vec<f64> {
+        let [from, to] = self.ends;
+        if from <= 0.0 && to >= 1.0 {
+            return vec![1.0; piece.gauss.nodes.len()];
+        }
+        let [before, up_to] = [from, to].map(|x| piece.gauss.weights_up_to(x));
+        let parts = up_to.iter().zip(before).zip(&piece.gauss.weights);
+        parts.map(|((up_to, before), weight)| (up_to - before) / weight).collect()
     }
 
     /// Change of a tendon's length per length of the rod, by each strain: `b_c . t` (`force::routing_segment`).
