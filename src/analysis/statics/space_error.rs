@@ -27,9 +27,9 @@ const CLEAR: f64 = 3e-3;
 /// Lowest eigenvalue of the stiffness below which it is not known how much forces multiply an error.
 const SOFTEST: f64 = 0.05;
 
-/// Rotation between neighbouring nodes, in radians, up to which quadrature has no part in an error: with more it is far from
-/// [`CLEAR`] only up to one and a half (Gauss-Legendre quadrature of `exp(i k x)` converges for k beyond half the number of nodes).
-const RESOLVED: f64 = 1.0;
+/// Rotation between neighbouring nodes, in radians, up to which quadrature has no part in an error that is not small: helices of
+/// ten turns at the limit of what counts as resolved, half a turn, are off by 2e-4 of their length.
+const RESOLVED: f64 = 2.0;
 
 /// Additional modes of the strains that have some: enough for the error of cones and boundary layers. For large models fewer.
 const MORE_MODES: [usize; 2] = [12, 4];
@@ -104,10 +104,11 @@ impl SpaceError {
                 true => format!("give it more `modes` of {strain}, or divide it into more segments"),
                 false => format!("divide it into more segments, above all where loads, tendons or the section change; more `modes` of {strain} help less"),
             };
+            let percent = 100.0 * relative;
+            let digits = usize::from(percent < 10.0);
             format!(
-                "The finite number of modes leaves an error of about {:.1} % of the length ({tip:.1e} m at the tip). Most of it is \
-                 due to {strain} of {name}: {cure}.",
-                100.0 * relative
+                "The finite number of modes leaves an error of about {percent:.digits$} % of the length ({tip:.1e} m at the tip). Most \
+                 of it is due to {strain} of {name}: {cure}."
             )
         })
     }
@@ -131,15 +132,16 @@ pub fn space_error<M: Model + Clone>(
     let doubtful = missing.displacement / if softness.is_nan() { 1.0 } else { softness };
     let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
     let is_clear = doubtful <= CLEAR * length && missing.turn <= RESOLVED && effort == Effort::Little;
-    let mut errors = None;
-    if !is_clear && !is_neutral {
-        errors = by_more_modes(model, found, (t, u), missing)?;
-    }
-    let errors = errors.unwrap_or_else(|| {
-        let farthest = FARTHEST * length;
-        let shape = if doubtful <= farthest { doubtful } else { farthest };
-        Errors { tip: shape, shape, strains: missing, estimate: Estimate::Balance, is_helped_by_modes: true }
-    });
+    let farthest = FARTHEST * length;
+    let shape = if doubtful <= farthest { doubtful } else { farthest };
+    let by_balance =
+        Errors { tip: shape, shape, strains: missing, estimate: Estimate::Balance, is_helped_by_modes: true };
+    let by_modes = if is_clear { None } else { by_more_modes(model, found, (t, u), missing)? };
+    let errors = match by_modes {
+        // Steps along directions without resistance are as long as rounding makes them.
+        Some(errors) if !is_neutral || errors.shape <= shape => errors,
+        _ => by_balance,
+    };
     let Errors { tip, shape, strains, estimate, is_helped_by_modes } = errors;
     Ok(Some(SpaceError {
         tip,
@@ -348,7 +350,8 @@ fn displacements<M: Model>(coarse: &mut M, q: &[f64], richer: &mut M, [from, to]
         let distances = from.iter().zip(to).map(distance);
         distances.fold(0.0, |largest: f64, x| if x <= largest { largest } else { x })
     };
-    let [mut before, mut after, mut outline, mut stepped] = [const { Vec::new() }; 4];
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let (mut outline, mut stepped) = (Vec::new(), Vec::new());
     coarse.places(q, &mut before);
     richer.places(to, &mut after);
     richer.outline(from, &mut outline);

@@ -11,8 +11,8 @@ pub struct MissingStrain {
     pub curvature: f64,
     /// Largest moment of the material, in newton metres.
     pub moment: f64,
-    /// Largest rotation of a rod in that shape between neighbouring quadrature nodes, in radians: more than one of them is
-    /// integrated with errors that no balance shows.
+    /// Largest rotation of a rod in that shape between neighbouring quadrature nodes, in radians: where it is large,
+    /// integrals have errors that no balance shows.
     pub turn: f64,
     /// The segment, counted through all rods, that displaces most what is displaced farthest, and its strain that stores most
     /// energy, by its index in [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES).
