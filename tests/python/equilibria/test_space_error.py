@@ -1,6 +1,7 @@
 """Estimated errors of equilibria due to the finite number of modes.
 
-Beside collocation and closed forms (`reference.statics`), and the same robots with every segment divided into many.
+Beside collocation and closed forms (`reference.statics`), and the same robots with every segment divided
+into many.
 """
 
 import copy
@@ -9,10 +10,10 @@ import warnings
 
 import numpy as np
 import pytest
-from reference.statics import buckled_column, planar_rod
 from scipy.integrate import solve_bvp
 
 import lissom
+from reference.statics import buckled_column, planar_rod
 
 YOUNG, SHEAR = 1e9, 4e8
 HINGE = lissom.Revolute((0, 1, 0))
@@ -60,9 +61,7 @@ def true_error(build, model, q, parts=12):
 
 def pulled(load):
     def build(modes, parts=1):
-        return lissom.Rod(
-            segments(modes, parts), gravity=(0, 0, 0), tip_force=(0, 0, -load * bending(0.01))
-        )
+        return lissom.Rod(segments(modes, parts), gravity=(0, 0, 0), tip_force=(0, 0, -load * bending(0.01)))
 
     return build
 
@@ -284,7 +283,15 @@ def test_shapes_that_the_modes_contain_have_no_error(value):
 def test_every_basis_has_an_estimate(basis):
     def build(modes, parts=1):
         rod = [
-            lissom.Segment(1.0 / parts, 0.01, YOUNG, SHEAR, 1000.0, {"bend_y": modes}, basis=basis if parts == 1 else "legendre")
+            lissom.Segment(
+                1.0 / parts,
+                0.01,
+                YOUNG,
+                SHEAR,
+                1000.0,
+                {"bend_y": modes},
+                basis=basis if parts == 1 else "legendre",
+            )
             for _ in range(parts)
         ]
         return lissom.Rod(rod, gravity=(0, 0, 0), tip_force=(0, 0, -3 * bending(0.01)))
@@ -304,9 +311,14 @@ def test_units_and_directions_do_not_matter():
         segment = lissom.Segment(
             unit, 0.01 * unit, YOUNG / unit**2, SHEAR / unit**2, 1000.0, {"bend_y": 2, "bend_z": 2}
         )
-        x, y, z = axes.T
         w = np.sqrt(1 + np.trace(axes)) / 2
-        turned = (w, *(np.array([axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1]]) / (4 * w)))
+        turned = (
+            w,
+            *(
+                np.array([axes[2, 1] - axes[1, 2], axes[0, 2] - axes[2, 0], axes[1, 0] - axes[0, 1]])
+                / (4 * w)
+            ),
+        )
         return lissom.Rod([segment], gravity=(0, 0, 0), tip_force=force / unit, base_orientation=turned)
 
     angle = 0.7
