@@ -248,9 +248,9 @@ fn left_out<M: Model>(
 
 /// The equations of shape and multipliers together, linearised at a shape and in dimensionless form.
 struct Linearised {
+    /// Coordinates that take one joule, by their own stiffness: those of bending and stretching then count alike.
     sizes: Vec<f64>,
-    energy: f64,
-    /// Change of the gap of each constraint by coordinates of their sizes; zero of those that do not act.
+    /// Change of the gap of each constraint by coordinates of these sizes; zero of those that do not act.
     moved: Vec<f64>,
     system: Matrix,
     /// Factors, unless the system is singular, as with redundant loops.
@@ -276,12 +276,16 @@ impl Linearised {
         if m > 0 {
             model.gap_jacobian(q, &mut jacobian);
         }
-        let sizes = model.facts().typical_coordinates.clone();
-        let energy = (0..n).map(|k| (tangent[(k, k)] * sizes[k] * sizes[k]).abs()).fold(0.0, f64::max);
+        let typical = &model.facts().typical_coordinates;
+        let energies: Vec<f64> = (0..n).map(|k| tangent[(k, k)] * typical[k] * typical[k]).collect();
+        let energy = energies.iter().copied().fold(0.0, f64::max);
+        let least = f64::EPSILON * energy;
+        let size = |k: usize| typical[k] / (if energies[k] > least { energies[k] } else { energy }).sqrt();
+        let sizes: Vec<f64> = (0..n).map(size).collect();
         let mut system = Matrix::zeros(n + m, n + m);
         for k in 0..n {
             for j in 0..n {
-                system[(j, k)] = tangent[(j, k)] * sizes[j] * sizes[k] / energy;
+                system[(j, k)] = tangent[(j, k)] * sizes[j] * sizes[k];
             }
         }
         let moved = |i: usize| (0..n).map(|k| (jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>().sqrt();
@@ -302,7 +306,7 @@ impl Linearised {
         let mut lu = Lu::new(n + m);
         let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR;
         let (lu, multipliers) = (is_regular.then_some(lu), multipliers.to_vec());
-        Some(Self { sizes, energy, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
+        Some(Self { sizes, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
     }
 
     /// The shape to which a step of Newton's method leads from another one nearby, with the multipliers going along; of several, as
@@ -317,7 +321,7 @@ impl Linearised {
         if m > 0 {
             model.gaps(q, &mut gaps);
         }
-        let of_forces = forces.iter().zip(&self.sizes).map(|(force, size)| -force * size / self.energy);
+        let of_forces = forces.iter().zip(&self.sizes).map(|(force, size)| -force * size);
         let of_gaps =
             gaps.iter().zip(&self.moved).map(|(gap, moved)| if *moved == 0.0 { 0.0 } else { -gap / moved });
         let mut right: Vec<f64> = of_forces.chain(of_gaps).collect();
@@ -331,7 +335,7 @@ impl Linearised {
         }
         for ((multiplier, x), moved) in self.multipliers.iter_mut().zip(&right[n..]).zip(&self.moved) {
             if *moved != 0.0 {
-                *multiplier += x * self.energy / moved;
+                *multiplier += x / moved;
             }
         }
         let there: Vec<f64> =
