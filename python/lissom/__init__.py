@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from ._lissom import Simulation as Simulation
     from ._lissom import Simulations as Simulations
     from ._lissom import SimulationSettings as SimulationSettings
+    from ._lissom import SpaceError as SpaceError
     from ._lissom import Spherical as Spherical
     from ._lissom import SpringPendulum as SpringPendulum
     from ._lissom import StaticsResult as StaticsResult
@@ -131,8 +132,8 @@ else:
             JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
             MotionResult Motor OdeResult OdeSolver Overlap Planar Prismatic Profile Radau ReachResult
             Revolute Robot Rod RootResult Scene SceneError SceneProblem Section Segment Simulation
-            SimulationSettings Simulations Spherical SpringPendulum StaticsResult Statistics
-            Support Tendon Universal Via Weld __version__ actuate check_jacobian choose_modes
+            SimulationSettings Simulations SpaceError Spherical SpringPendulum StaticsResult
+            Statistics Support Tendon Universal Via Weld __version__ actuate check_jacobian choose_modes
             continuation jacobian modes newmark root simulate simulate_many solve_ivp statics
         """,
         "analysis.contact_events": "ContactEvent",

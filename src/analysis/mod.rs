@@ -6,6 +6,7 @@ pub mod modes;
 pub(crate) mod natural;
 pub mod reach;
 pub(crate) mod reached;
+pub(crate) mod refined;
 pub(crate) mod settled;
 pub(crate) mod small_motions;
 pub(crate) mod spectrum;

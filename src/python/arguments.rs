@@ -47,7 +47,7 @@ extractors!(optional_whole: optional_wholes => Option<i64> {
 extractors!(flag: convert::flag => bool {
     accelerate adaptive anywhere dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized
 });
-extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian });
+extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian space_error });
 extractors!(text: convert::text => &'a str { by controller keep link method name predictor text });
 extractors!(optional_text: optional_texts => Option<&'a str> { jac link name predictor });
 

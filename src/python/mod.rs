@@ -41,6 +41,7 @@ mod segment;
 mod sensitivity;
 mod signal;
 mod simulate;
+mod space_error;
 mod statics;
 mod stepping;
 mod words;
@@ -106,6 +107,8 @@ pub mod _lissom {
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]
     use super::simulate::{choose_modes, simulate};
+    #[pymodule_export]
+    use super::space_error::PySpaceError;
     #[pymodule_export]
     use super::statics::{
         PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,

@@ -1,5 +1,6 @@
 //! `lissom.statics` and `lissom.continuation`.
 
+use std::ffi::CString;
 use std::time::Duration;
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -17,13 +18,14 @@ use super::model::{Native, PyModel, check_time};
 use super::motion::Ticker;
 use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
+use super::space_error::PySpaceError;
 use crate::analysis::statics as core;
 use crate::analysis::statics::{
-    ContinuationOptions, Counters, CriticalPoint, Equilibrium, InputPath, Monitor, Options, Path, Stability,
-    Start, Tendons,
+    ContinuationOptions, Counters, CriticalPoint, Effort, Equilibrium, InputPath, Monitor, Options, Path,
+    SpaceError, Stability, Start, Tendons,
 };
 use crate::error::{Interrupted, InvalidInput, Unfinished};
-use crate::python::errors::OrRaise as _;
+use crate::python::errors::{AccuracyWarning, OrRaise as _};
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
 ///
@@ -200,6 +202,8 @@ fn named(stability: Stability) -> String {
 ///     The load path, if one was followed.
 /// deepest : Overlap or None
 ///     The overlap of surfaces that is deepest for their thickness; None if nothing touches.
+/// space_error : SpaceError or None
+///     Estimated error due to the finite number of modes; None after a failure, with `space_error=False`, or without rods.
 /// nit, nfev, njev : int
 ///     Numbers of Newton iterations, force evaluations and tangent evaluations.
 #[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]
@@ -219,6 +223,7 @@ pub(crate) struct PyStaticsResult {
     slack: Vec<String>,
     path: Option<Py<PyEquilibriumPath>>,
     deepest: Option<Py<PyOverlap>>,
+    space_error: Option<Py<PySpaceError>>,
     nit: usize,
     nfev: usize,
     njev: usize,
@@ -247,9 +252,11 @@ impl PyStaticsResult {
 
     #[staticmethod]
     fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        // Records of older versions have no overlap.
-        if !state.hasattr("deepest")? {
-            state.setattr("deepest", state.py().None())?;
+        // Records of older versions have neither overlap nor space error.
+        for name in ["deepest", "space_error"] {
+            if !state.hasattr(name)? {
+                state.setattr(name, state.py().None())?;
+            }
         }
         state.extract()
     }
@@ -334,6 +341,9 @@ impl PyContinuationResult {
 ///     Inputs; by default `u0` of the model.
 /// stability : bool
 ///     Whether to judge the stability of the equilibrium. Without, `stability` is None.
+/// space_error : bool, optional
+///     Whether to estimate the error due to the finite number of modes. By default by the balance of forces, which costs a few
+///     evaluations of them, and with more modes only where that leaves doubts; True: always with more modes; False: not at all.
 ///
 /// Returns
 /// -------
@@ -348,6 +358,11 @@ impl PyContinuationResult {
 ///     On Ctrl-C. Its attribute `result` is the StaticsResult until then: the path, and the last
 ///     shape of the search, which need not be an equilibrium; exceptions of functions of time have it, too.
 ///
+/// Warns
+/// -----
+/// AccuracyWarning
+///     If the finite number of modes leaves an error of more than a hundredth of the length.
+///
 /// Examples
 /// --------
 /// >>> import lissom
@@ -356,8 +371,8 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true),
-       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True)")]
+#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None),
+       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True, space_error=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
     py: Python<'py>,
@@ -371,6 +386,7 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
     u: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::flag::stability)] stability: bool,
+    #[pyo3(from_py_with = arguments::optional_flag::space_error)] space_error: Option<bool>,
 ) -> PyResult<PyStaticsResult> {
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_names = model.clone();
@@ -412,24 +428,40 @@ pub(crate) fn statics<'py>(
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         stability,
     };
+    let effort = match space_error {
+        Some(false) => None,
+        Some(true) => Some(Effort::Full),
+        None => Some(Effort::Little),
+    };
     let search = move |monitor: Monitor<'_>| {
         let found = match core::equilibrium(&mut *model, &options, monitor)? {
             Ok(found) => found,
-            Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, Tendons::default())))),
+            Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, Tendons::default(), None)))),
         };
         let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
-        Ok(match of_robot.transpose() {
-            Ok(tendons) => Ok((found, tendons.unwrap_or_default())),
-            Err(Interrupted) => Err(Unfinished::new((found, Tendons::default()))),
+        let judged = of_robot.transpose().and_then(|tendons| {
+            let error =
+                effort.map(|effort| model.space_error(&found, (t, u.as_deref()), effort)).transpose()?;
+            Ok((tendons.unwrap_or_default(), error.flatten()))
+        });
+        Ok(match judged {
+            Ok((tendons, error)) => Ok((found, tendons, error)),
+            Err(Interrupted) => Err(Unfinished::new((found, Tendons::default(), None))),
         })
     };
     let name = |contact| {
         let named = |model: &dyn Native| model.name_of_contact(contact);
         base(&of_names).map_or_else(|_| String::new(), |model| model.get().look(named))
     };
-    run(py, n, search, |(found, tendons)| {
+    run(py, n, search, |(found, tendons, error)| {
         let deepest = PyOverlap::new(py, found.deepest, None, name)?;
-        PyStaticsResult::new(py, found, &tendons, deepest)
+        let doubt = error.as_ref().and_then(SpaceError::doubt);
+        let result = PyStaticsResult::new(py, found, &tendons, deepest, error)?;
+        let Some(doubt) = doubt else { return Ok(result) };
+        match PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1) {
+            Ok(()) => Ok(result),
+            Err(raised) => Err(with_result(py, raised, || Ok(result))),
+        }
     })
 }
 
@@ -439,7 +471,10 @@ impl PyStaticsResult {
         found: Equilibrium,
         tendons: &Tendons,
         deepest: Option<Py<PyOverlap>>,
+        error: Option<SpaceError>,
     ) -> PyResult<Self> {
+        let doubt =
+            error.as_ref().and_then(SpaceError::doubt).map_or_else(String::new, |doubt| format!(" {doubt}"));
         let n = found.q.len();
         let Equilibrium {
             q,
@@ -461,7 +496,7 @@ impl PyStaticsResult {
             q: ReadOnly::new(q.into_pyarray(py))?,
             success: status.is_success(),
             status: status.name().to_owned(),
-            message: if status.is_success() { message + &tendons.message() } else { message },
+            message: if status.is_success() { message + &tendons.message() + &doubt } else { message },
             load_factor,
             residual_norm,
             step_norm,
@@ -472,6 +507,7 @@ impl PyStaticsResult {
             slack: tendons.slack.clone(),
             path,
             deepest,
+            space_error: error.map(|error| Py::new(py, PySpaceError::new(error))).transpose()?,
             nit: iterations,
             nfev: forces,
             njev: tangents,

@@ -230,7 +230,7 @@ def differentiated(
 ) -> EquilibriumSensitivityResult:
     """An equilibrium and its derivatives; the parameter data are shared by all equilibria of a model."""
     keywords("equilibrium_sensitivity", options, KEYWORDS)
-    found = statics(model, q0, t=t, u=u, **options)
+    found = statics(model, q0, t=t, u=u, space_error=False, **options)
     if not found.success:
         raise LissomError(f"no equilibrium was found: {found.message}")
     with Keeping(found):

@@ -108,7 +108,7 @@ class Reach(Task):
         """
         for _ in range(TRIES):
             tensions = random.uniform(0.0, TENSION, len(robot.inputs))
-            held = statics(robot, u=tensions)
+            held = statics(robot, u=tensions, space_error=False)
             if held.success:
                 return Start(np.zeros(robot.n), np.zeros(robot.n), robot.pose(held.q)[:3, 3].copy())
         raise ConvergenceError(f"no equilibrium of the arm was found in {TRIES} tries: {held.message}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import (
+    AccuracyWarning,
     EquilibriumPath,
     LissomError,
     Model,
@@ -166,6 +168,7 @@ class StaticsStudy:
             "load_factor": found.load_factor,
             "stability": found.stability,
             "lowest_eigenvalue": found.lowest_eigenvalue if np.isfinite(found.lowest_eigenvalue) else None,
+            "space_error": None if found.space_error is None else found.space_error.relative,
             "coordinates": self.scene.model.n,
             "q": found.q.tolist(),
             "critical_points": [
@@ -237,9 +240,12 @@ def study_statics(scene: Scene, from_start: bool = False, stability: bool = True
     """
     start = time.perf_counter()
     begin = scene.q0 if from_start else rest_start(scene)
-    found = interruption.finish(
-        partial(statics, scene.model, begin, t=scene.simulation.t0, stability=stability)
-    )
+    with warnings.catch_warnings():
+        # The message of the result has it, too.
+        warnings.simplefilter("ignore", AccuracyWarning)
+        found = interruption.finish(
+            partial(statics, scene.model, begin, t=scene.simulation.t0, stability=stability)
+        )
     return StaticsStudy(scene, found, begin is not None, time.perf_counter() - start)
 
 

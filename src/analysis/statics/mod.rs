@@ -7,7 +7,7 @@
 //! `equations` contains the forces under a part of the load (`growth`), `corrector` Newton's method that
 //! stays on its path, `path` continuation, `search` the search for equilibria from a shape, `descent` that under
 //! loads without a potential, `stability` the search for critical points, `tendons` the detection of slack
-//! tendons, and `tied` and `tied_newton` models with closed loops.
+//! tendons, `tied` and `tied_newton` models with closed loops, and `space_error` the error due to the finite number of modes.
 //! [`crate::analysis::stability`] judges stability.
 //!
 //! ```
@@ -33,6 +33,7 @@ mod options;
 mod outcome;
 mod path;
 mod search;
+mod space_error;
 mod stability;
 mod tendons;
 mod tied;
@@ -44,6 +45,7 @@ pub use halted::Monitor;
 pub use options::{ContinuationOptions, ITERATIONS_OF_CONTACT, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
+pub use space_error::{Effort, Estimate, LARGE, SpaceError, space_error};
 pub use tendons::Tendons;
 
 use as_springs::AsSprings;

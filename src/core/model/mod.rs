@@ -52,7 +52,7 @@ pub use passing::{Approach, Beside, Holding, Impact, Resolution};
 pub use passing::{have_missed, have_passed, may_miss};
 #[doc(hidden)]
 pub use pressed::Pressed;
-pub use refinable::Refinable;
+pub use refinable::{MissingStrain, Refinable};
 pub use smooth::{Autonomous, Smooth, Untied};
 pub use tied::{OneSided, Switch, Tied};
 

@@ -2,6 +2,25 @@
 
 use super::Dynamics;
 
+/// What strains that a finite number of modes leaves out of a shape would cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MissingStrain {
+    /// Largest displacement of anything, to first order, in metres.
+    pub displacement: f64,
+    /// Largest curvature, torsion included, in radians per metre.
+    pub curvature: f64,
+    /// Largest moment of the material, in newton metres.
+    pub moment: f64,
+    /// Largest rotation of a rod in that shape between neighbouring quadrature nodes, in radians: where it is large,
+    /// integrals have errors that no balance shows.
+    pub turn: f64,
+    /// The segment, counted through all rods, that displaces most what is displaced farthest, and its strain that stores most
+    /// energy, by its index in [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES).
+    pub segment: usize,
+    /// See `segment`.
+    pub strain: usize,
+}
+
 /// A finite number of modes and quadrature nodes.
 pub trait Refinable: Dynamics {
     /// Numbers of modes of all series whose coefficients are coordinates, in order, empty series included;
@@ -22,4 +41,18 @@ pub trait Refinable: Dynamics {
     fn with_nodes_times(&self, factor: usize) -> Option<Self>
     where
         Self: Sized;
+
+    /// The strains that the finite number of modes leaves out of a shape at rest, by the balance of the forces in that shape;
+    /// joints and forces stay as they are. Strains without modes are none of them. `None` for a system without rods.
+    /// Costs little more than an evaluation of the forces. Allocates.
+    fn missing_strain(&mut self, q: &[f64]) -> Option<MissingStrain>;
+
+    /// The same of the strains by which these coordinates differ from zero, in a shape; joints stay as they are. Allocates.
+    fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> Option<MissingStrain>;
+
+    /// Adds the positions of many sections of all rods, in metres and always the same ones.
+    fn outline(&mut self, q: &[f64], positions: &mut Vec<[f64; 3]>);
+
+    /// A segment, counted through all rods, in words for messages.
+    fn name_of_segment(&self, segment: usize) -> String;
 }

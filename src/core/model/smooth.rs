@@ -2,7 +2,8 @@
 
 use super::{
     Approach, Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact,
-    InTime, InertiaMatrix, OneSided, Overlap, Radius, Reached, Refinable, Resolution, Sprung, Switch, Tied,
+    InTime, InertiaMatrix, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Resolution, Sprung,
+    Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -245,5 +246,19 @@ impl<M: Smooth> Refinable for M {
 
     fn with_nodes_times(&self, _factor: usize) -> Option<Self> {
         None
+    }
+
+    fn missing_strain(&mut self, _q: &[f64]) -> Option<MissingStrain> {
+        None
+    }
+
+    fn effect_of_strains(&mut self, _q: &[f64], _change: &[f64]) -> Option<MissingStrain> {
+        None
+    }
+
+    fn outline(&mut self, _q: &[f64], _positions: &mut Vec<[f64; 3]>) {}
+
+    fn name_of_segment(&self, _segment: usize) -> String {
+        String::new()
     }
 }

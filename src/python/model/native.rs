@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use super::stepped::Stepped;
+use crate::analysis::statics::{self, Effort, Equilibrium, SpaceError};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode;
 use crate::integrators::ode::FirstOrder;
@@ -78,6 +79,14 @@ pub(crate) trait Native: model::Model + Send + Sync {
         v0: &[f64],
         method: &simulate::Method,
     ) -> Result<Box<dyn Stepped>, InvalidInput>;
+
+    /// [`statics::space_error`].
+    fn space_error(
+        &mut self,
+        found: &Equilibrium,
+        at: (f64, Option<&[f64]>),
+        effort: Effort,
+    ) -> Result<Option<SpaceError>, Interrupted>;
 
     /// The description, for a robot.
     fn robot(&self) -> Option<&Robot>;
@@ -159,6 +168,15 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         t_eval: Option<&[f64]>,
     ) -> Result<Vec<f64>, InvalidInput> {
         accuracy::check(self, t_span, q0, v0, request, t_eval)
+    }
+
+    fn space_error(
+        &mut self,
+        found: &Equilibrium,
+        at: (f64, Option<&[f64]>),
+        effort: Effort,
+    ) -> Result<Option<SpaceError>, Interrupted> {
+        statics::space_error(self, found, at, effort)
     }
 
     fn robot(&self) -> Option<&Robot> {

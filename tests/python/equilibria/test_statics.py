@@ -123,7 +123,8 @@ class TestKnownShapes:
     )
     def test_the_lab_wire_sags(self, modes, q, tip_xz):
         model = _wire(modes)
-        found = lissom.statics(model)
+        # The numbers are those of so few modes.
+        found = lissom.statics(model, space_error=False)
         assert found.success
         assert found.is_stable
         if q is not None:
@@ -539,7 +540,7 @@ class TestWays:
     @given(random_rods(), st.booleans())
     def test_random_rods_come_to_rest(self, case, from_unloaded):
         model = case.lissom
-        found = lissom.statics(model, None if from_unloaded else np.zeros(model.n))
+        found = lissom.statics(model, None if from_unloaded else np.zeros(model.n), space_error=False)
         if found.success:
             assert found.load_factor == 1
             assert unbalanced(model, found.q) < 1e-6
@@ -804,7 +805,7 @@ class TestVerdicts:
             lissom.Load(moment=random.normal(0, 2e-3, 3), frame="body"),
         ]
         rod = lissom.Rod([segment], loads=loads)
-        found = lissom.statics(rod)
+        found = lissom.statics(rod, space_error=False)
         assert found.success, found.message
         assert found.path.lowest_eigenvalue[0] == pytest.approx(1.0, abs=1e-12)
         modes = lissom.modes(rod, found.q)

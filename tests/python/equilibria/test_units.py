@@ -368,7 +368,8 @@ def test_verdicts_do_not_depend_on_unrelated_parts(length):
         loops=robot.loops,
         gravity=robot.gravity,
     )
-    expected, found = lissom.statics(robot), lissom.statics(both)
+    # The rod is far too heavy for two modes.
+    expected, found = lissom.statics(robot), lissom.statics(both, space_error=False)
     assert found.stability == expected.stability == "stable"
     np.testing.assert_allclose(found.lowest_eigenvalue, expected.lowest_eigenvalue, rtol=1e-6)
     modes = lissom.modes(both, found.q)

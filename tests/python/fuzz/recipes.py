@@ -875,7 +875,7 @@ AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult FittedData
 JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult
 OdeResult OdeSolver Overlap ReachResult RootResult Scene SceneError SceneProblem Section
-SimulationSettings StaticsResult Statistics
+SimulationSettings SpaceError StaticsResult Statistics
 """
 RECIPES |= {name: {} for name in _UNMADE.split()}
 #: Replacements for the braces.

@@ -92,7 +92,7 @@ def test_statics_modes_and_linear_models_take_the_loads_at_their_time():
     constant = rod_of([frozen(VARYING[0], t)], [WIRE])
     sagging = lissom.statics(rod, t=t)
     np.testing.assert_allclose(sagging.q, lissom.statics(constant).q, atol=1e-9)
-    assert abs(sagging.q - lissom.statics(rod).q).max() > 1e-2
+    assert abs(sagging.q - lissom.statics(rod, space_error=False).q).max() > 1e-2
     frequency = lissom.modes(rod, sagging.q, t=t).frequency
     np.testing.assert_allclose(frequency, lissom.modes(constant, sagging.q).frequency, rtol=1e-9)
     found = lissom.linearise(rod, sagging.q, t=t).A

@@ -164,11 +164,20 @@ def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> 
     lowest = found.lowest_eigenvalue
     rows += [
         ("lowest stiffness", f"{lowest:.4g} of the elastic one" if np.isfinite(lowest) else "unknown"),
+        *_space_error(found),
         ("Newton iterations", str(found.nit)),
     ]
     if wall_time is not None:
         rows.append(("time", quantity(wall_time, "s")))
     return rows + ([] if found.path is None else _criticals(found.path))
+
+
+def _space_error(found: StaticsResult) -> list[tuple[str, str]]:
+    """The error due to the finite number of modes, if it is known."""
+    error = found.space_error
+    if error is None:
+        return []
+    return [("error by the number of modes", f"about {error.relative:.0e} of the length")]
 
 
 def _rounded(values: Array, least: float) -> list[float]:

@@ -133,6 +133,11 @@ impl Piece {
         SectionProperties::at(&self.segment, self.place(x))
     }
 
+    /// Whether the section is the same everywhere.
+    pub(crate) fn has_constant_section(&self) -> bool {
+        self.segment.section.variations().is_empty()
+    }
+
     /// Reference strain.
     pub(crate) fn reference(&self, x: f64) -> [f64; STRAINS] {
         self.segment.reference_strain.at(self.place(x))

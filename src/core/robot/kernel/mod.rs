@@ -13,6 +13,7 @@ pub(crate) mod kinematics;
 pub(crate) mod lines;
 pub(crate) mod lone_rod;
 pub(crate) mod loops;
+pub(crate) mod missing_strain;
 pub(crate) mod momentum;
 mod points;
 pub(crate) mod section;

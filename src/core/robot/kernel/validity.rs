@@ -55,7 +55,7 @@ fn shortage<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<f64> {
 
 /// Largest rotation between neighbouring nodes, from the curvature at both of them including the reference
 /// strain; NaN if not finite.
-fn largest_turn<G: Turning>(piece: &PiecePlan<G>, q: &[f64]) -> f64 {
+pub(super) fn largest_turn<G: Turning>(piece: &PiecePlan<G>, q: &[f64]) -> f64 {
     let curvature = |node: usize| {
         let field = piece.field(q, node / LANES);
         let angular = Twist::<G, f64> {

@@ -2,7 +2,7 @@
 
 use super::{AnySweeps, RobotModel};
 use crate::description::rod::{MAX_NODES, STRAINS, piece};
-use crate::model::{Differentiable, InertiaMatrix, Refinable};
+use crate::model::{Differentiable, InertiaMatrix, MissingStrain, Refinable};
 use crate::robot::description::Robot;
 
 impl Differentiable for RobotModel {
@@ -81,5 +81,46 @@ impl Refinable for RobotModel {
             segment.nodes.get_or_insert(factor * of_piece);
         }
         (finer != *self.robot).then(|| Self::new(&finer).ok()).flatten()
+    }
+
+    fn missing_strain(&mut self, q: &[f64]) -> Option<MissingStrain> {
+        if !self.facts.is_discretised {
+            return None;
+        }
+        let rest = vec![0.0; q.len()];
+        Some(self.with_loops_held([q, &rest, &rest], |model| {
+            let Self { sweeps, coordinates, robot, .. } = model;
+            coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.missing_strain(robot, q)))
+        }))
+    }
+
+    fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> Option<MissingStrain> {
+        let Self { sweeps, coordinates, facts, .. } = self;
+        facts.is_discretised.then(|| {
+            coordinates.all(
+                [q, change],
+                |[q, change]| on_sweeps!(sweeps, sweeps => sweeps.effect_of_strains(q, change)),
+            )
+        })
+    }
+
+    fn outline(&mut self, q: &[f64], positions: &mut Vec<[f64; 3]>) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.outline(q, positions)));
+    }
+
+    fn name_of_segment(&self, segment: usize) -> String {
+        let mut before = 0;
+        for link in &self.robot.links {
+            if segment < before + link.rod.len() {
+                let own = segment - before;
+                return match self.robot.links.len() {
+                    1 => format!("segments[{own}]"),
+                    _ => format!("segments[{own}] of link {:?}", link.name),
+                };
+            }
+            before += link.rod.len();
+        }
+        String::new()
     }
 }

@@ -2,10 +2,11 @@
 
 use super::Sweeps;
 use crate::description::rod::STRAINS;
-use crate::model::{InertiaMatrix, SectionPlace};
-use crate::numerics::lie::{Cross, Vector, Wrench};
+use crate::model::{InertiaMatrix, MissingStrain, SectionPlace};
+use crate::numerics::lie::{Cross, LANES, Lanes, Vector, Wrench};
+use crate::robot::description::Robot;
 use crate::robot::kernel::by_length::ByLength;
-use crate::robot::kernel::{by_inertia, by_length, section};
+use crate::robot::kernel::{by_inertia, by_length, missing_strain, section};
 use crate::robot::plan::point::Place;
 use crate::robot::turning::Turning;
 
@@ -40,6 +41,36 @@ impl<G: Turning> Sweeps<G> {
         let Self { plan, work, .. } = self;
         let [q, ..] = state;
         plan.instructions.run::<G::Pack, _>(ByLength { plan, work, q, rates, tau: &tau, by_length });
+    }
+
+    /// Strains that the modes leave out of a shape at rest.
+    pub(crate) fn missing_strain(&mut self, robot: &Robot, q: &[f64]) -> MissingStrain {
+        let mut tau = vec![0.0; self.plan.n];
+        self.forces_at_rest(q, &mut tau);
+        let missing = missing_strain::of_balance(&self.plan, &self.work, robot, q);
+        let turn = missing_strain::largest_turn(&self.plan, q);
+        MissingStrain { turn, ..missing_strain::effect(&self.plan, &self.work, &missing) }
+    }
+
+    /// What a change of the strains of the modes would cause in a shape.
+    pub(crate) fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> MissingStrain {
+        self.update_kinematics(q);
+        let strains = missing_strain::of_modes(&self.plan, change);
+        let turn = missing_strain::largest_turn(&self.plan, q);
+        MissingStrain { turn, ..missing_strain::effect(&self.plan, &self.work, &strains) }
+    }
+
+    /// Adds the positions, in the frame of the plan, of all nodes of rods.
+    pub(crate) fn outline(&mut self, q: &[f64], positions: &mut Vec<[f64; 3]>) {
+        self.update_kinematics(q);
+        for piece in self.plan.pieces.iter().filter(|piece| !piece.is_joint) {
+            for (pack, position) in self.work.position[piece.node_packs()].iter().enumerate() {
+                for lane in 0..LANES.min(piece.gauss.nodes.len() - LANES * pack) {
+                    let position = G::map_vector(position, |x: &G::Pack| x.lane(lane));
+                    positions.push(G::in_space(self.plan.frame, position).to_array());
+                }
+            }
+        }
     }
 
     /// Strain at a place of a rod.

@@ -317,12 +317,12 @@ pub(crate) fn attach<G: Turning>(plan: &mut Plan<G>) {
 }
 
 /// The part of a path within one piece.
-struct Embedded<'a> {
-    piece: usize,
+pub(super) struct Embedded<'a> {
+    pub(super) piece: usize,
     part: &'a Piece,
     offset: &'a [Profile<1>; 2],
     /// Start and end as fractions of the piece's length.
-    ends: [f64; 2],
+    pub(super) ends: [f64; 2],
     /// Conversion from fractions of the piece's length to those of the link's: `from + rate x`.
     from: f64,
     rate: f64,
@@ -369,7 +369,7 @@ impl Embedded<'_> {
 }
 
 /// Parts of a path in the pieces of a rod.
-fn parts<'a, G: Turning>(
+pub(super) fn parts<'a, G: Turning>(
     along: &'a Along,
     robot: &Robot,
     pieces: &'a [PiecePlan<G>],
@@ -398,7 +398,7 @@ fn parts<'a, G: Turning>(
 }
 
 /// Strain components of a piece.
-fn components<G: Turning>(piece: &PiecePlan<G>) -> Vec<RoutingComponent> {
+pub(super) fn components<G: Turning>(piece: &PiecePlan<G>) -> Vec<RoutingComponent> {
     let mut first = piece.first;
     let modes = piece.part().modes;
     let present = modes.iter().enumerate().filter(|&(_, &modes)| modes > 0);
@@ -411,19 +411,19 @@ fn components<G: Turning>(piece: &PiecePlan<G>) -> Vec<RoutingComponent> {
 }
 
 /// Slope of a path per unit strain: `e_i x d`, or `e_i`.
-fn direction(strain: usize, [y, z]: [f64; 2]) -> Vector<f64> {
+pub(super) fn direction(strain: usize, [y, z]: [f64; 2]) -> Vector<f64> {
     let unit = Vector::from(std::array::from_fn(|i| if i == strain % ANGULAR { 1.0 } else { 0.0 }));
     if strain < ANGULAR { unit.cross(Vector { x: 0.0, y, z }) } else { unit }
 }
 
 /// Offset d and derivative d' of an embedded path at a fraction of its piece, d' per metre.
-fn offset(part: &Embedded<'_>, x: f64) -> [[f64; 2]; 2] {
+pub(super) fn offset(part: &Embedded<'_>, x: f64) -> [[f64; 2]; 2] {
     let [y, z] = [0, 1].map(|i| part.offset[i].jet(part.on_link(x)));
     [[y[0][0], z[0][0]], [y[1][0] / part.length_of_link, z[1][0] / part.length_of_link]]
 }
 
 /// Slope u_0 of a path at zero coordinates.
-fn slope_at_zero(part: &Embedded<'_>, x: f64) -> Vector<f64> {
+pub(super) fn slope_at_zero(part: &Embedded<'_>, x: f64) -> Vector<f64> {
     let [d, [y, z]] = offset(part, x);
     let reference = part.part.reference(x);
     let sum = |sum: Vector<f64>, strain: usize| sum + direction(strain, d) * reference[strain];

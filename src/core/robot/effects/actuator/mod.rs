@@ -21,6 +21,7 @@
 mod active_strain;
 pub(crate) mod advice;
 mod along_rod;
+pub(crate) mod along_strains;
 mod chamber;
 pub(crate) mod compile;
 pub mod described;

@@ -1,0 +1,384 @@
+//! Error of an equilibrium due to the finite number of modes.
+//!
+//! The strains that the modes leave out follow from the balance of the forces in the shape that was found
+//! ([`Refinable::missing_strain`](crate::model::Refinable::missing_strain)), and what they displace while the forces stay as they
+//! are costs little more than an evaluation of these forces. Forces do change with the shape: tension makes the true error
+//! smaller than that, compression larger, at most by the inverse of the lowest eigenvalue of the stiffness relative to that of the
+//! material. Where this is not clearly small, one step of Newton's method in a model with more modes, from the shape that was
+//! found, tells the error with all changes of forces, of loops and of contacts (a hierarchical estimate: Bank and Weiser 1985). What
+//! even these modes leave out follows from the balance in the new shape.
+
+use super::outcome::Equilibrium;
+use crate::analysis::refined::{all_places, embed};
+use crate::analysis::stability::Stability;
+use crate::description::rod::{MAX_MODES, STRAIN_NAMES};
+use crate::error::Interrupted;
+use crate::model::constraint::one_sided;
+use crate::model::{MissingStrain, Model};
+use crate::numerics::linalg::{Lu, Matrix, minimum_norm_solution, norm};
+
+/// Errors above this part of the length are worth a warning.
+pub const LARGE: f64 = 1e-2;
+
+/// Up to this part of the length, displacements by missing strains under unchanged forces are clear enough: errors that are
+/// [`LARGE`] are not mistaken for smaller ones (`benches/python/accuracy/statics.py`).
+const CLEAR: f64 = 3e-3;
+
+/// Lowest eigenvalue of the stiffness below which it is not known how much forces multiply an error.
+const SOFTEST: f64 = 0.05;
+
+/// Rotation between neighbouring nodes, in radians, up to which quadrature has no part in an error that is not small: helices of
+/// ten turns at the limit of what counts as resolved, half a turn, are off by 2e-4 of their length.
+const RESOLVED: f64 = 2.0;
+
+/// Additional modes of the strains that have some: enough for the error of cones and boundary layers. For large models fewer.
+const MORE_MODES: [usize; 2] = [12, 4];
+
+/// Largest model with more modes: one second of work.
+const MOST_COORDINATES: usize = 600;
+
+/// Reciprocal condition number below which a system counts as singular, as that of redundant loops.
+const SINGULAR: f64 = 1e-14;
+
+/// Corrections of a step with the same tangent, and the part of the forces out of balance that may be left by them: what is left is
+/// not taken for something that modes leave out.
+const CORRECTIONS: usize = 8;
+const BALANCED: f64 = 1e-4;
+
+/// Of what the modes leave out, the part that even more of them leave out, if rather the segments are too few.
+const HARDLY_HELPS: f64 = 0.3;
+
+/// Largest error of a place, relative to the length.
+const FARTHEST: f64 = 2.0;
+
+/// How much an estimate may cost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effort {
+    /// A model with more modes only where the balance of forces alone leaves doubts; usually a hundredth of a search.
+    Little,
+    /// Always one step of such a model.
+    Full,
+}
+
+/// How an error was estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Estimate {
+    /// By the balance of forces alone.
+    Balance,
+    /// By a step of a model with more modes.
+    MoreModes,
+}
+
+/// Estimated error of an equilibrium due to the finite number of modes of its rods. Strains without modes count as rigid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpaceError {
+    /// Error of the tips of rods and of bodies, in metres, the largest one. By the balance alone it is that of the shape.
+    pub tip: f64,
+    /// Largest error of the position of anything, in metres.
+    pub shape: f64,
+    /// The same relative to the length of the model.
+    pub relative: f64,
+    /// Largest error of the curvature, torsion included, in radians per metre.
+    pub curvature: f64,
+    /// Largest error of the moment of the material, in newton metres.
+    pub moment: f64,
+    /// The segment, counted through all rods, that contributes most to the error of the shape, and its name.
+    pub segment: usize,
+    /// See `segment`.
+    pub name: String,
+    /// The strain of this segment that lacks most.
+    pub strain: &'static str,
+    /// How this was found.
+    pub estimate: Estimate,
+    /// Whether more modes of this segment help; otherwise it should be divided.
+    pub is_helped_by_modes: bool,
+}
+
+impl SpaceError {
+    /// What to tell of it if it is large.
+    pub fn doubt(&self) -> Option<String> {
+        let is_small = self.relative <= LARGE;
+        (!is_small).then(|| {
+            let Self { relative, tip, name, strain, .. } = self;
+            let cure = match self.is_helped_by_modes {
+                true => format!("give it more `modes` of {strain}, or divide it into more segments"),
+                false => format!("divide it into more segments, above all where loads, tendons or the section change; more `modes` of {strain} help less"),
+            };
+            let percent = 100.0 * relative;
+            let digits = usize::from(percent < 10.0);
+            format!(
+                "The finite number of modes leaves an error of about {percent:.digits$} % of the length ({tip:.1e} m at the tip). Most \
+                 of it is due to {strain} of {name}: {cure}."
+            )
+        })
+    }
+}
+
+/// Estimates the error of an equilibrium `found` of this model at the time `t` and with the inputs `u`, if not those by default.
+/// `None` if it is none, if nothing in the model is discretised, or if rounding decides the forces. With [`Effort::Little`] it costs a few evaluations of forces,
+/// otherwise a model with more modes and one tangent and factorisation of it. Allocates.
+pub fn space_error<M: Model + Clone>(
+    model: &mut M,
+    found: &Equilibrium,
+    (t, u): (f64, Option<&[f64]>),
+    effort: Effort,
+) -> Result<Option<SpaceError>, Interrupted> {
+    if !found.status.is_success() {
+        return Ok(None);
+    }
+    let Some(missing) = model.missing_strain(&found.q) else { return Ok(None) };
+    let length = model.facts().length;
+    let softness = found.lowest.abs().clamp(SOFTEST, 1.0);
+    let doubtful = missing.displacement / if softness.is_nan() { 1.0 } else { softness };
+    if doubtful > CLEAR * length && is_rounding(model, &found.q, missing) {
+        return Ok(None);
+    }
+    let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
+    let is_clear = doubtful <= CLEAR * length && missing.turn <= RESOLVED && effort == Effort::Little;
+    let farthest = FARTHEST * length;
+    let shape = if doubtful <= farthest { doubtful } else { farthest };
+    let by_balance =
+        Errors { tip: shape, shape, strains: missing, estimate: Estimate::Balance, is_helped_by_modes: true };
+    let by_modes = if is_clear { None } else { by_more_modes(model, found, (t, u), missing)? };
+    let errors = match by_modes {
+        // Steps along directions without resistance are as long as rounding makes them.
+        Some(errors) if !is_neutral || errors.shape <= shape => errors,
+        _ => by_balance,
+    };
+    let Errors { tip, shape, strains, estimate, is_helped_by_modes } = errors;
+    Ok(Some(SpaceError {
+        tip,
+        shape,
+        relative: shape.max(tip) / length,
+        curvature: strains.curvature,
+        moment: strains.moment,
+        segment: missing.segment,
+        name: model.name_of_segment(missing.segment),
+        strain: STRAIN_NAMES[missing.strain],
+        estimate,
+        is_helped_by_modes,
+    }))
+}
+
+/// Whether a shape that differs by rounding misses something else: where supports or contacts are so stiff that no shape in
+/// floating-point numbers has the right forces, the balance says nothing.
+fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bool {
+    /// Rounding errors of a few operations.
+    const ROUNDING: f64 = 4.0 * f64::EPSILON;
+    /// Part of what is missing by which it may differ.
+    const DIFFERENT: f64 = 0.3;
+    let sizes = &model.facts().typical_coordinates;
+    let nearby = |(k, (q, size)): (usize, (&f64, &f64))| {
+        if k % 2 == 0 { q + ROUNDING * size } else { q - ROUNDING * size }
+    };
+    let nearby: Vec<f64> = q.iter().zip(sizes).enumerate().map(nearby).collect();
+    let there = model.missing_strain(&nearby).map_or(0.0, |there| there.displacement);
+    (there - missing.displacement).abs() > DIFFERENT * missing.displacement
+}
+
+/// Errors of positions, and of strains.
+struct Errors {
+    tip: f64,
+    shape: f64,
+    strains: MissingStrain,
+    estimate: Estimate,
+    is_helped_by_modes: bool,
+}
+
+/// Errors by a step of a model with more modes; `None` if there is no such model, or if nothing finite follows from it.
+fn by_more_modes<M: Model + Clone>(
+    model: &mut M,
+    found: &Equilibrium,
+    (t, u): (f64, Option<&[f64]>),
+    missing: MissingStrain,
+) -> Result<Option<Errors>, Interrupted> {
+    let Some((mut richer, q)) = with_more_modes(model, &found.q) else { return Ok(None) };
+    if let Some(u) = u {
+        richer.set_inputs(u);
+    }
+    richer.set_time(t)?;
+    let rest = vec![0.0; found.q.len()];
+    let mut multipliers = vec![0.0; model.facts().constraints()];
+    if !multipliers.is_empty()
+        && one_sided::multipliers(model, [&found.q, &rest, &rest], &mut multipliers).is_err()
+    {
+        return Ok(None);
+    }
+    let Some(mut system) = Linearised::new(&mut richer, &q, &multipliers) else { return Ok(None) };
+    let Some(there) = system.step(&mut richer, &q) else { return Ok(None) };
+    let [tip, shape] = displacements(model, &found.q, &mut richer, [&q, &there]);
+    let step: Vec<f64> = there.iter().zip(&q).map(|(there, q)| there - q).collect();
+    let strains = richer.effect_of_strains(&q, &step).unwrap_or_default();
+    let part = left_out(&mut richer, &mut system, there, missing);
+    // Modes that find nothing of what is missing say nothing.
+    let with_rest = |found: f64, all: f64| if part < 1.0 { found * (1.0 + part) } else { found.max(all) };
+    let all = missing.displacement.min(FARTHEST * model.facts().length);
+    let [tip, shape] = [tip, shape].map(|found| with_rest(found, all));
+    let curvature = with_rest(strains.curvature, missing.curvature);
+    let moment = with_rest(strains.moment, missing.moment);
+    let is_finite = [tip, shape, curvature, moment].iter().all(|x| x.is_finite());
+    Ok(is_finite.then_some(Errors {
+        tip,
+        shape,
+        strains: MissingStrain { curvature, moment, ..strains },
+        estimate: Estimate::MoreModes,
+        is_helped_by_modes: part <= HARDLY_HELPS,
+    }))
+}
+
+/// A model with more modes of all strains that have some, and the shape in its coordinates.
+fn with_more_modes<M: Model>(model: &M, q: &[f64]) -> Option<(M, Vec<f64>)> {
+    let modes = model.modes()?;
+    let between = model.coordinates_between();
+    MORE_MODES.into_iter().find_map(|more| {
+        let with_more = |&modes: &usize| if modes == 0 { 0 } else { (modes + more).min(MAX_MODES) };
+        let fine: Vec<usize> = modes.iter().map(with_more).collect();
+        if fine.iter().sum::<usize>() > MOST_COORDINATES {
+            return None;
+        }
+        let richer = model.with_modes(&fine)?;
+        let q = embed(q, &all_places(&modes, &fine, &between), richer.facts().n);
+        Some((richer, q))
+    })
+}
+
+/// What even more modes leave out, as a part of what is missing without them: by the balance of forces where a step has led.
+fn left_out<M: Model>(
+    model: &mut M,
+    system: &mut Linearised,
+    mut q: Vec<f64>,
+    missing: MissingStrain,
+) -> f64 {
+    let mut has_converged = system.out_of_balance <= BALANCED * system.at_first;
+    for _ in 0..CORRECTIONS {
+        let before = system.out_of_balance;
+        let Some(next) = system.step(model, &q) else { break };
+        has_converged = system.out_of_balance <= BALANCED * system.at_first;
+        if has_converged || system.out_of_balance > before && before < system.at_first {
+            break;
+        }
+        q = next;
+    }
+    let left = model.missing_strain(&q).map_or(0.0, |missing| missing.displacement);
+    let part = if missing.displacement > 0.0 { left / missing.displacement } else { 0.0 };
+    // Far from an equilibrium the balance tells nothing.
+    if has_converged { part } else { 0.0 }
+}
+
+/// The equations of shape and multipliers together, linearised at a shape and in dimensionless form.
+struct Linearised {
+    /// Coordinates that take one joule, by their own stiffness: those of bending and stretching then count alike.
+    sizes: Vec<f64>,
+    /// Change of the gap of each constraint by coordinates of these sizes; zero of those that do not act.
+    moved: Vec<f64>,
+    system: Matrix,
+    /// Factors, unless the system is singular, as with redundant loops.
+    lu: Option<Lu>,
+    multipliers: Vec<f64>,
+    /// Norm of the right-hand side of the first step and of the last one.
+    at_first: f64,
+    out_of_balance: f64,
+}
+
+impl Linearised {
+    /// `None` if a number is not finite.
+    fn new<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Option<Self> {
+        let (n, m) = (q.len(), multipliers.len());
+        let rest = vec![0.0; n];
+        let (mut tangent, mut jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
+        if model.facts().is_one_sided {
+            model.release(multipliers);
+        }
+        model.set_multipliers(multipliers);
+        model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
+        model.set_multipliers(&vec![0.0; m]);
+        if m > 0 {
+            model.gap_jacobian(q, &mut jacobian);
+        }
+        let typical = &model.facts().typical_coordinates;
+        let energies: Vec<f64> = (0..n).map(|k| tangent[(k, k)] * typical[k] * typical[k]).collect();
+        let energy = energies.iter().copied().fold(0.0, f64::max);
+        let least = f64::EPSILON * energy;
+        let size = |k: usize| typical[k] / (if energies[k] > least { energies[k] } else { energy }).sqrt();
+        let sizes: Vec<f64> = (0..n).map(size).collect();
+        let mut system = Matrix::zeros(n + m, n + m);
+        for k in 0..n {
+            for j in 0..n {
+                system[(j, k)] = tangent[(j, k)] * sizes[j] * sizes[k];
+            }
+        }
+        let moved = |i: usize| (0..n).map(|k| (jacobian[(i, k)] * sizes[k]).powi(2)).sum::<f64>().sqrt();
+        let moved: Vec<f64> = (0..m).map(moved).collect();
+        for i in 0..m {
+            if moved[i] == 0.0 {
+                system[(n + i, n + i)] = 1.0;
+                continue;
+            }
+            for k in 0..n {
+                let entry = jacobian[(i, k)] * sizes[k] / moved[i];
+                (system[(n + i, k)], system[(k, n + i)]) = (entry, entry);
+            }
+        }
+        if !system.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let mut lu = Lu::new(n + m);
+        let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR;
+        let (lu, multipliers) = (is_regular.then_some(lu), multipliers.to_vec());
+        Some(Self { sizes, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
+    }
+
+    /// The shape to which a step of Newton's method leads from another one nearby, with the multipliers going along; of several, as
+    /// with redundant loops, the nearest. `None` if it is not finite.
+    fn step<M: Model>(&mut self, model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
+        let (n, m) = (q.len(), self.multipliers.len());
+        let rest = vec![0.0; n];
+        let (mut forces, mut gaps) = (vec![0.0; n], vec![0.0; m]);
+        model.set_multipliers(&self.multipliers);
+        model.inverse_dynamics(q, &rest, &rest, &mut forces);
+        model.set_multipliers(&vec![0.0; m]);
+        if m > 0 {
+            model.gaps(q, &mut gaps);
+        }
+        let of_forces = forces.iter().zip(&self.sizes).map(|(force, size)| -force * size);
+        let of_gaps =
+            gaps.iter().zip(&self.moved).map(|(gap, moved)| if *moved == 0.0 { 0.0 } else { -gap / moved });
+        let mut right: Vec<f64> = of_forces.chain(of_gaps).collect();
+        self.out_of_balance = norm(&right);
+        if self.at_first == 0.0 {
+            self.at_first = self.out_of_balance;
+        }
+        match &mut self.lu {
+            Some(lu) => lu.solve(&mut right),
+            None => right = minimum_norm_solution(&self.system, &right)?.x,
+        }
+        for ((multiplier, x), moved) in self.multipliers.iter_mut().zip(&right[n..]).zip(&self.moved) {
+            if *moved != 0.0 {
+                *multiplier += x / moved;
+            }
+        }
+        let there: Vec<f64> =
+            q.iter().zip(&right).zip(&self.sizes).map(|((q, x), size)| q + x * size).collect();
+        there.iter().all(|x| x.is_finite()).then_some(there)
+    }
+}
+
+/// Largest distances of tips and bodies from where they are in the coarser model, and of any section or body. Of sections only the
+/// step counts, because the nodes of both models are different ones.
+fn displacements<M: Model>(coarse: &mut M, q: &[f64], richer: &mut M, [from, to]: [&[f64]; 2]) -> [f64; 2] {
+    let largest = |from: &[[f64; 3]], to: &[[f64; 3]]| {
+        let distance =
+            |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
+        // Keeps what is not a number.
+        let distances = from.iter().zip(to).map(distance);
+        distances.fold(0.0, |largest: f64, x| if x <= largest { largest } else { x })
+    };
+    let (mut before, mut after) = (Vec::new(), Vec::new());
+    let (mut outline, mut stepped) = (Vec::new(), Vec::new());
+    coarse.places(q, &mut before);
+    richer.places(to, &mut after);
+    richer.outline(from, &mut outline);
+    richer.outline(to, &mut stepped);
+    let (tip, along) = (largest(&before, &after), largest(&outline, &stepped));
+    [tip, if along <= tip { tip } else { along }]
+}
