@@ -340,6 +340,7 @@ class Search:
             (residual, _), _ = _without_doubts(lambda: self._predicted(values, finer))
         except (LissomError, ValueError):
             return ""
+        self.runs += 1
         # The errors of second order are four thirds of their change, and move the values to first order.
         change = np.linalg.lstsq(found.jacobian, 4.0 / 3.0 * (found.residual - residual), rcond=RANK)[0]
         moved = np.abs(change * self._scale)

@@ -727,8 +727,8 @@ RECIPES: dict[str, dict | list[dict]] = {
         {"model": "v.antagonists()", "q0": _a(0.0, 0.0), "method": "'newton'", "u": _a(1.0, 0.5)},
     ],
     "statics_many": [
-        {"model": _MODEL, "q0": "[[0.0, 0.1], [0.0, 0.0]]", "t": "0.0", "follow": "True", "tol": "1e-8"},
-        {"model": "v.antagonists()", "u": "[[1.0, 0.5]]", "workers": "2", "method": "'newton'"},
+        {"model": _MODEL, "q0": "[[0.0, 0.1], [0.0, 0.0]]", "t": "0.0", "follow": "True"},
+        {"model": "v.antagonists()", "u": "[[1.0, 0.5]]", "workers": "2"},
     ],
     **{f"gym.{name}": {} for name in ("Balance", "Reach", "Swim", "Task")},
     "gym.RobotEnv": {"task": "'balance'", "randomise": "lambda random: 1", "render_mode": "'rgb_array'"},
