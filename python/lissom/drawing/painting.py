@@ -30,8 +30,9 @@ LARGEST = 0.04
 #: What is less far inside an obstacle is not hidden, relative to the longest sides of triangles.
 TOUCHING = 0.25
 
-#: Width of the edges of polygons, points.
-HAIR = 0.15
+#: Width of the edges of polygons, points: they cover the seams between neighbours, also at the 120 pixels per
+#: inch of films.
+HAIR = 0.4
 
 #: Rounding of the place of a point in a triangle, and of depths relative to the sides of triangles.
 ROUNDING = 1e-9

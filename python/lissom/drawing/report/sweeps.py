@@ -83,10 +83,11 @@ def _shown(study: SweepStudy, response: str, values: Array) -> Iterator[page.Par
             shown: tuple[Any, ...] = (slice(None), slice(None), *middle[2:])
             yield _map(study, response, values[shown], rest)
     numeric = [k for k, axis in enumerate(axes) if axis.dtype.kind in "if" and len(axis) > 1]
-    if numeric:
-        pairs = [numeric[i : i + 2] for i in range(0, len(numeric), 2)]
-        rows = [[_curves(study, response, values, k, middle) for k in pair] for pair in pairs]
-        yield page.Figure(plots.Figure(rows, 300, "", legend=len(axes) > 1), _caption(study))
+    for k in numeric:
+        # Each plot has a legend of its own: the values of another parameter.
+        plot = _curves(study, response, values, k, middle)
+        caption = _caption(study) if k == numeric[-1] else ""
+        yield page.Figure(plots.Figure([[plot]], 300, "", legend=len(axes) > 1), caption)
 
 
 def _caption(study: SweepStudy) -> str:
