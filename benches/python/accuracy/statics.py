@@ -311,8 +311,8 @@ def main(markdown):
             flag = "<- wrong about a warning"
         print(
             form.format(
-                name, modes, reached, tip, estimate.method, estimate.relative, full.relative, full.tip / scale,
-                *costs, alone * 1e3, ratio, flag,
+                name, modes, reached, tip, estimate.method, estimate.relative, full.relative,
+                full.tip / scale, *costs, alone * 1e3, ratio, flag,
             )
         )  # fmt: skip
     print(f"{count} equilibria; outside of 0.3 to 3: {len(outside)}; small although large: {len(hidden)}")

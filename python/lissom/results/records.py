@@ -34,7 +34,8 @@ PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
         *("ActuateResult", "ReachResult", "Balance", "CriticalPoint", "EquilibriumPath", "Statistics"),
-        *("Overlap", "Harmonic", "Input", "Profile", "Robot", "Rod", "Section", "SpringPendulum"),
+        *("Overlap", "SpaceError", "Harmonic", "Input", "Profile", "Robot", "Rod", "Section"),
+        "SpringPendulum",
     ),
     "analysis.fitted": ("FitResult", "FittedData"),
     "analysis.sensitivities": ("SensitivityResult",),

@@ -363,6 +363,8 @@ def test_estimates_are_kept_with_results(tmp_path):
     found = lissom.statics(pulled(1.0)(3))
     for kept in (pickle.loads(pickle.dumps(found)), copy.copy(found), copy.deepcopy(found)):
         assert kept.space_error.shape == found.space_error.shape
+    found.save(tmp_path / "found.lissom")
+    assert lissom.load(tmp_path / "found.lissom").space_error.shape == found.space_error.shape
     assert repr(found.space_error).startswith("<SpaceError: ")
     assert repr(found.space_error).endswith("bend_y of segments[0]>")
 

@@ -346,7 +346,8 @@ def test_a_twisted_and_shortened_rod_is_followed_into_its_helix(stiffness):
     q, shapes = np.random.default_rng(0).normal(0, 0.1, 24), []
     for step in np.linspace(0, 1, 9)[1:]:
         rod = beam(8, strains=strains, supports=[clamp(stiffness, 1 - 0.15 * step, 6 * step)])
-        found = lissom.statics(rod, q + 1e-3)
+        # Supports of 1e16 N/m have forces that rounding of the shape decides.
+        found = lissom.statics(rod, q + 1e-3, space_error=False)
         assert found.success, found.message
         assert found.nit < 60
         q = found.q
