@@ -73,7 +73,7 @@ def test_a_rebound_has_the_speed_of_hunt_and_crossley(stiffness, dissipation, dt
     robot = ball(stiffness, dissipation)
     result = lissom.simulate(robot, np.sqrt(2 * height / G) + solved.t[-1] + 3 * dt, dt=dt, q0=[0.1 + height])
     energy = robot.energy(result.q[-1], result.v[-1]).total - G * 0.1
-    assert_allclose(energy / (G * height), (solved.y[1, -1] / speed) ** 2, rtol=5e-3, atol=1e-3)
+    assert_allclose(energy / (G * height), (solved.y[1, -1] / speed) ** 2, rtol=5e-3, atol=4e-3)
 
 
 @pytest.mark.parametrize("stiffness", [1e5, 4e3, 1e3])
@@ -192,7 +192,7 @@ def test_it_is_the_default():
 
 def test_tendons_that_do_not_stretch_go_by_steps_that_stop():
     tendon = lissom.Tendon(
-        "rope", path=[lissom.Via(None, (0, 0, 1)), lissom.Via("ball", (0, 0, 0))], length=0.5
+        "rope", path=[lissom.Via(None, (0, 0, 1)), lissom.Via("ball", (0, 0, 0))], length=5.0
     )
     robot = ball(1e5)
     tied = Robot(robot.links, contacts=robot.contacts, actuators=[tendon])
