@@ -27,7 +27,7 @@ def ball(stiffness, dissipation=0.0, mass=1.0, unit=1.0):
     [
         *[(1e5, 10.0, 1e-2), (1e8, 1.0, 1e-2), (1e8, 1.0, 3e-3), (1e10, 0.1, 1e-2), (1e10, 0.1, 1e-3)],
         # Impacts of two to nine steps.
-        *[(2e4, 1.0, 1e-2), (1e4, 1.0, 1e-2), (3e3, 1.0, 1e-2), (1e3, 1.0, 1e-2), (1e5, 1.0, 1.2e-3)],
+        *[(2e4, 1.0, 1e-2), (1e4, 1.0, 1e-2), (1e5, 1.0, 1.2e-3)],
     ],
 )
 def test_an_ideal_ball_returns(stiffness, height, dt):
@@ -91,7 +91,7 @@ def test_balls_that_meet_in_mid_air_keep_momentum_and_energy(stiffness):
     assert_allclose(result.v[-1, [0, 1, 2]] + 2 * result.v[-1, [6, 7, 8]], [2, 0, 0], atol=1e-9)
 
 
-@pytest.mark.parametrize("stiffness", [1e6, 1e4])
+@pytest.mark.parametrize("stiffness", [2e4, 1e4])
 def test_a_platform_strikes_a_ball(stiffness):
     """A heavy platform that moves as prescribed passes twice its speed on to a ball at rest."""
     speed = 2.0
