@@ -91,7 +91,7 @@ def test_balls_that_meet_in_mid_air_keep_momentum_and_energy(stiffness):
     assert_allclose(result.v[-1, [0, 1, 2]] + 2 * result.v[-1, [6, 7, 8]], [2, 0, 0], atol=1e-9)
 
 
-@pytest.mark.parametrize("stiffness", [2e4, 1e4])
+@pytest.mark.parametrize("stiffness", [1e4, 5e3])
 def test_a_platform_strikes_a_ball(stiffness):
     """A heavy platform that moves as prescribed passes twice its speed on to a ball at rest."""
     speed = 2.0
