@@ -134,7 +134,7 @@ def about_slack(scene: Scene) -> list[str]:
 
 
 def about_impacts(scene: Scene) -> list[str]:
-    """The stiffest contact whose impacts a fixed step does not follow, so that it is made once more.
+    """The stiffest contact whose impacts a fixed step does not resolve.
 
     A rod that lies on a stiffness k per length with the mass m per length is thrown back after
     pi sqrt(m / k); two of them, of the masses m1 and m2, after that of m1 m2 / (m1 + m2).
@@ -152,9 +152,9 @@ def about_impacts(scene: Scene) -> list[str]:
         return []
     needed = shortest / STEPS_PER_IMPACT
     return [
-        f"The step of {settings.dt:g} s does not follow impacts of {name!r}, which last {shortest:.2g} s: "
-        "steps in which surfaces rebound are made once more by shorter ones; "
-        f"to follow them use steps of {needed:.2g} s."
+        f"The step of {settings.dt:g} s does not resolve impacts of {name!r}, which last {shortest:.2g} s: "
+        "surfaces that collide lose their energy instead of bouncing; "
+        f"to see the rebound use steps of {needed:.2g} s."
     ]
 
 
@@ -194,7 +194,7 @@ class Vibrations:
         """Vibrations about the equilibrium near a shape; None for a large model or without an equilibrium."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
-        rest = statics(model, q0, t=t, stability=False, space_error=False)
+        rest = statics(model, q0, t=t, stability=False)
         if not rest.success:
             return None
         try:

@@ -27,7 +27,7 @@ class Newmark(Part):
         jac: Literal["analytic", "forward", "central"] = "analytic",
         predictor: Literal["best", "last", "zero"] = "best",
         reuse_jacobian: bool = True,
-        impacts: Literal["stopped", "resolved"] = "resolved",
+        impacts: Literal["stopped", "resolved"] = "stopped",
     ) -> None: ...
     @property
     def rho_inf(self) -> float | None: ...

@@ -24,9 +24,9 @@ pub enum Predictor {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Impacts {
     /// They stop what meets.
+    #[default]
     Stopped,
     /// Simulations make the steps in which something rebounds once more, by Radau's method.
-    #[default]
     Resolved,
 }
 

@@ -129,9 +129,10 @@ impl<M: Model> Integrator<M> {
         if touches {
             model.set_time(t_span.1)?;
             let a = &a[..q.len()];
-            let found = model.approach([&q, &v], [&q, &v, a], t_span.1 - t_span.0);
+            // Until surfaces let go, also where forces are as small as near the end of an impact.
+            let found = model.approach([&q, &v], [&q, &v, a], WITHIN * (t_span.1 - t_span.0));
             let part = found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, true));
-            resolving.go_on(Resolving::matters(part));
+            resolving.go_on(Resolving::is_left(part));
         }
         Ok(Some(flow))
     }
@@ -419,6 +420,9 @@ fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);
     check.finish()
 }
+
+/// An impact goes on as long as it would in steps so many times as long.
+const WITHIN: f64 = 2.0;
 
 /// What the impacts of the last step, which takes few steps for them, would give back of the largest kinetic energy in one.
 fn approaching<M: Model>(model: &mut M, stepper: &mut newmark::Stepper) -> Result<f64, Interrupted> {

@@ -14,6 +14,9 @@ use crate::simulation::balance::{FlowMeter, Rule, State};
 /// Impacts matter that would give back this part of the largest kinetic energy in an impact so far.
 const MATTERS: f64 = 1e-3;
 
+/// Within an impact that matters, this part of that is followed too: where surfaces let go, speeds are high and forces small.
+const LEFT: f64 = 1e-2;
+
 /// Relative tolerance of the steps within: balls rebound with 1.0000 of their energy, and none is gained but 2e-4.
 const TOLERANCE: f64 = 1e-4;
 
@@ -64,6 +67,11 @@ impl Resolving {
     /// Whether this part of the largest kinetic energy in an impact matters.
     pub(super) fn matters(part: f64) -> bool {
         part > MATTERS
+    }
+
+    /// Whether this part of it is left to be given back, within an impact that matters.
+    pub(super) fn is_left(part: f64) -> bool {
+        part > LEFT * MATTERS
     }
 
     /// Whether the step follows on one that was resolved and ended within an impact.
