@@ -194,7 +194,7 @@ class Vibrations:
         """Vibrations about the equilibrium near a shape; None for a large model or without an equilibrium."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
-        rest = statics(model, q0, t=t, stability=False)
+        rest = statics(model, q0, t=t, stability=False, space_error=False)
         if not rest.success:
             return None
         try:
