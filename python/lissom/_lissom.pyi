@@ -2133,6 +2133,7 @@ class SpaceError:
     @property
     def method(self) -> Literal["balance", "more_modes"]: ...
 
+@final
 class StaticsResult:
     @property
     def q(self) -> NDArray[np.float64]: ...
