@@ -40,7 +40,7 @@ def fitted():
 
 
 def shapes():
-    shape = lissom.statics(rod()).q
+    shape = lissom.statics(rod(), space_error=False).q
     return lissom.fit(rod(), lissom.StaticShapes([rod().pose(shape)[:3, 3]]), {MODULUS: (1e5, 4e5, 1e6)})
 
 
@@ -50,7 +50,7 @@ def frequencies():
 
 
 def several():
-    shape = lissom.statics(rod()).q
+    shape = lissom.statics(rod(), space_error=False).q
     positions = rod().pose(shape)[:3, 3] + [[0.0, 0.0, 1e-4], [0.0, 0.0, -1e-4]]
     own = lissom.equilibrium_sensitivity(rod(), ["gravity[2]"], frequencies=2).frequencies
     run = lissom.simulate(rod(), 0.1)
@@ -193,7 +193,7 @@ def test_every_recording_has_its_part_of_the_report():
 
 def test_the_report_says_what_is_not_determined():
     bare = lissom.Rod([lissom.Segment(0.3, 0.01, 3e5, 5e5, 1100, modes={"bend_y": 2})], gravity=(0, 0, -9.81))
-    shape = lissom.StaticShapes([bare.pose(lissom.statics(bare).q)[:3, 3]])
+    shape = lissom.StaticShapes([bare.pose(lissom.statics(bare, space_error=False).q)[:3, 3]])
     bounds = {MODULUS: (1e5, 3e5, 1e6), "segments[0].density": (500, 1100, 2000)}
     built = build(lissom.fit(bare, shape, bounds), None)
     values = parts(built, page.Table)[0]

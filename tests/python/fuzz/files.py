@@ -56,12 +56,15 @@ NODES = (
 
 @cache
 def results() -> tuple:
-    """One result of each kind that `save` takes."""
+    """One result of each kind that `save` takes. The shape has a large error by its few modes: saved, too."""
     planar = v.planar()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        shape = lissom.statics(v.actuated())
     return (
         lissom.simulate(planar, 0.02),
         lissom.simulate(v.touching(), 0.01),
-        lissom.statics(v.actuated()),
+        shape,
         lissom.continuation(planar, max_steps=5),
         lissom.modes(planar, [0.0, 0.0]),
         lissom.simulate_many(planar, 0.02, q0=np.zeros((2, 2))),

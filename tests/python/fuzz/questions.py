@@ -66,7 +66,7 @@ class Robot:
         method = self.question.get("method", "auto")
         start = rendered.state(recipe, model)[0] if self.question.get("start") else None
         try:
-            found = lissom.statics(model, start, method=method)
+            found = lissom.statics(model, start, method=method, space_error=False)
         except ValueError as error:
             return None, f"refused: {error}"
         return (found if found.success else None), found.status

@@ -90,8 +90,8 @@ def test_the_planar_kernel_and_long_chains_see_the_time():
 def test_statics_modes_and_linear_models_take_the_loads_at_their_time():
     rod, t = rod_of(VARYING[:1], [WIRE]), 0.3
     constant = rod_of([frozen(VARYING[0], t)], [WIRE])
-    sagging = lissom.statics(rod, t=t)
-    np.testing.assert_allclose(sagging.q, lissom.statics(constant).q, atol=1e-9)
+    sagging = lissom.statics(rod, t=t, space_error=False)
+    np.testing.assert_allclose(sagging.q, lissom.statics(constant, space_error=False).q, atol=1e-9)
     assert abs(sagging.q - lissom.statics(rod, space_error=False).q).max() > 1e-2
     frequency = lissom.modes(rod, sagging.q, t=t).frequency
     np.testing.assert_allclose(frequency, lissom.modes(constant, sagging.q).frequency, rtol=1e-9)
