@@ -77,7 +77,7 @@ pub fn equilibrium(
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
-    let found = sought(model, options, monitor)?.map(|found| in_contact(model, found));
+    let found = sought(model, options, monitor)?.map(|found| advised(model, found));
     Ok(found.map_err(|halted| {
         if model.facts().constraints() == 0 {
             return halted.unfinished(model, &options.start);
@@ -88,7 +88,7 @@ pub fn equilibrium(
 }
 
 /// The same with its deepest overlap, and with advice on what holds it.
-fn in_contact(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
+fn advised(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
     found.deepest = model.deepest_overlap(&found.q);
     let last = [&found.q[..]];
     let failed: &[&[f64]] = if found.status.is_success() { &[] } else { &last[..] };

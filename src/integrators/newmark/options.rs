@@ -94,7 +94,7 @@ pub struct Options {
     /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
     /// Default: true.
     pub reuse_jacobian: bool,
-    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Resolved`].
+    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Stopped`].
     pub impacts: Impacts,
     /// Accelerations at the start; `None` solves for them.
     pub initial_acceleration: Option<Vec<f64>>,

@@ -212,6 +212,13 @@ impl Newmark {
         let mut check = Checker::new();
         check.nested("", self.scheme(false).map(|_| ()));
         check.nested("", self.step_size().map(|_| ()));
+        let is_followed = self.adaptive && self.impacts == Impacts::Resolved;
+        check.require(
+            !is_followed,
+            "impacts",
+            "'resolved'",
+            "'stopped': adaptive steps follow impacts anyway",
+        );
         reader.nested(check);
     }
 

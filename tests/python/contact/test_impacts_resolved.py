@@ -183,6 +183,11 @@ def test_work_is_bounded_and_what_is_left_is_doubted():
     assert np.all(np.diff(energy) < 1e-3 * (energy[0] - number * G * 0.1))
 
 
+def test_adaptive_steps_refuse_what_they_do_anyway():
+    with pytest.raises(ValueError, match=r"impacts: got 'resolved', expected 'stopped': adaptive steps"):
+        lissom.methods.Newmark(adaptive=True, impacts="resolved")
+
+
 def test_tendons_that_do_not_stretch_go_by_steps_that_stop():
     tendon = lissom.Tendon(
         "rope", path=[lissom.Via(None, (0, 0, 1)), lissom.Via("ball", (0, 0, 0))], length=5.0

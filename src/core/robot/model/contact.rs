@@ -14,11 +14,11 @@ impl RobotModel {
     /// Names the stop that presses most in the first of these shapes, or is passed in a later one.
     fn advice_on_stops(&mut self, failed: &[&[f64]]) -> String {
         let Self { sweeps, coordinates, robot, .. } = self;
-        let mut pressed = failed.iter().map(|q| {
-            coordinates
-                .all([*q], |[q]| on_sweeps!(sweeps, sweeps => joint_forces::hardest_stop(sweeps.plan(), q)))
+        let found = failed.iter().enumerate().find_map(|(number, q)| {
+            let stop = coordinates
+                .all([*q], |[q]| on_sweeps!(sweeps, sweeps => joint_forces::hardest_stop(sweeps.plan(), q)));
+            Some((number, stop?))
         });
-        let found = pressed.by_ref().enumerate().find_map(|(number, stop)| Some((number, stop?)));
         found.map_or_else(String::new, |(number, stop)| joint_forces::advice(robot, stop, number > 0))
     }
 

@@ -85,7 +85,7 @@ def at_rest(analysis: str, options: dict[str, Any]) -> Outcome:
     """Statics or modes at such a shape."""
     rod = rods.rod(WIRE)
     if analysis == "statics":
-        return judge.equilibrium(rod, statics(rod, options["q0"], max_iter=MOST_STEPS))
+        return judge.equilibrium(rod, statics(rod, options["q0"], max_iter=MOST_STEPS, space_error=False))
     return judge.vibrations(rod, np.asarray(options["q0"]), modes(rod, options["q0"]))
 
 

@@ -218,7 +218,7 @@ def expected_error(rod: Rod, t_end: float, dt: float, q0: Array) -> float:
     The periods of all modes about the equilibrium increase by the fraction (omega dt)²/12 (Hughes 1987,
     section 9.3), so that a mode of amplitude a has the error a omega t (omega dt)²/12, at most 2 a.
     """
-    rest = statics(rod)
+    rest = statics(rod, space_error=False)
     if not rest.success:
         return np.inf
     found = modes(rod, rest.q)

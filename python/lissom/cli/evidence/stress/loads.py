@@ -81,7 +81,7 @@ def straight(ratio: float) -> Outcome:
     """From the unloaded state a perfect column remains straight; the test is whether it is reported as
     stable."""
     rod = column(ratio)
-    found = statics(rod)
+    found = statics(rod, space_error=False)
     outcome = judge.equilibrium(rod, found)
     if outcome.kind == "accurate" and found.is_stable != (ratio < 1.0):
         return Outcome("wrong", f"called {found.stability} at {ratio:g} of Euler's load")
@@ -93,7 +93,7 @@ def seeded(ratio: float, side: float) -> Outcome:
     rod = column(ratio)
     seed = np.zeros(rod.n)
     seed[0] = side * SEED
-    return _beside_elastica(rod, statics(rod, seed), ratio, 0.0)
+    return _beside_elastica(rod, statics(rod, seed, space_error=False), ratio, 0.0)
 
 
 def imperfect(ratio: float) -> Outcome:
@@ -103,7 +103,10 @@ def imperfect(ratio: float) -> Outcome:
     # The tip displacement due to the imperfection is amplified by the inverse distance to the critical load,
     # or is proportional to the cube root of the imperfection at the critical load.
     return _beside_elastica(
-        rod, statics(rod), ratio, min(IMPERFECTION / abs(ratio - 1.0), 2 * IMPERFECTION ** (1 / 3))
+        rod,
+        statics(rod, space_error=False),
+        ratio,
+        min(IMPERFECTION / abs(ratio - 1.0), 2 * IMPERFECTION ** (1 / 3)),
     )
 
 
@@ -154,7 +157,7 @@ def beck(load: float, modes: int) -> Outcome:
     """A follower load: the straight shape flutters above Beck's load."""
     pushed = Load(force=(-load * STIFFNESS, 0, 0), frame="body")
     rod = rods.rod(COLUMN, modes={"bend_y": modes}, of_rod={"gravity": (0, 0, 0), "loads": [pushed]})
-    found = statics(rod)
+    found = statics(rod, space_error=False)
     outcome = judge.equilibrium(rod, found)
     right = "stable" if load < BECK else "flutter"
     # Beck's load is that of the undamped column; a little damping lowers it (Ziegler 1952).
@@ -190,7 +193,7 @@ def snap(curvature: float, after: bool) -> Outcome:
     bent = np.zeros(rod.n)
     # Coordinates are curvatures beyond the natural one; start near the elastica of this load.
     bent[0] = -2.0
-    start = statics(rod, bent)
+    start = statics(rod, bent, space_error=False)
     if not start.success or np.sign(start.q[0] + curvature) != -1.0:
         return Outcome("failed", "not held the other way")
     inwards = np.zeros(rod.n)
@@ -205,7 +208,7 @@ def snap(curvature: float, after: bool) -> Outcome:
     # From the bent shape next to the limit point, on the side of the larger load.
     nearest = path.q[np.flatnonzero(path.load_factor >= BEFORE * limit.load_factor)]
     held = [q for q in nearest if q[0] + curvature < limit.q[0] + curvature][-1:]
-    found = statics(rod, held[0] if held else limit.q)
+    found = statics(rod, held[0] if held else limit.q, space_error=False)
     outcome = judge.equilibrium(rod, found)
     if outcome.kind != "accurate":
         return outcome
