@@ -24,6 +24,9 @@ pub const LARGE: f64 = 1e-2;
 /// [`LARGE`] are not mistaken for smaller ones (`benches/python/accuracy/statics.py`).
 const CLEAR: f64 = 3e-3;
 
+/// Displacements that are rounding, relative to the length: no step tells more.
+const EXACT: f64 = 1e-12;
+
 /// Lowest eigenvalue of the stiffness below which it is not known how much forces multiply an error.
 const SOFTEST: f64 = 0.05;
 
@@ -39,6 +42,14 @@ const MOST_COORDINATES: usize = 600;
 
 /// Reciprocal condition number below which a system counts as singular, as that of redundant loops.
 const SINGULAR: f64 = 1e-14;
+
+/// Stiffness, relative to that of each coordinate, below which a neutral direction counts as one: a step along it is not the error of a shape.
+const NEUTRAL: f64 = 1e-6;
+
+/// Steps of a model with more modes, each with its own tangent, and the part of what is out of balance that the last one may leave: then the
+/// forces are as good as linear within it.
+const MOST_STEPS: usize = 6;
+const LINEAR: f64 = 0.3;
 
 /// Corrections of a step with the same tangent, and the part of the forces out of balance that may be left by them: what is left is
 /// not taken for something that modes leave out.
@@ -134,16 +145,24 @@ pub fn space_error<M: Model + Clone>(
         return Ok(None);
     }
     let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
-    let is_clear = doubtful <= CLEAR * length && missing.turn <= RESOLVED && effort == Effort::Little;
-    let farthest = FARTHEST * length;
-    let shape = if doubtful <= farthest { doubtful } else { farthest };
-    let by_balance =
-        Errors { tip: shape, shape, strains: missing, estimate: Estimate::Balance, is_helped_by_modes: true };
-    let by_modes = if is_clear { None } else { by_more_modes(model, found, (t, u), missing)? };
-    let errors = match by_modes {
+    let clear = if effort == Effort::Little { CLEAR } else { EXACT };
+    let is_clear = doubtful <= clear * length && missing.turn <= RESOLVED;
+    let shift = if is_neutral { NEUTRAL } else { 0.0 };
+    let estimated =
+        if is_clear { Estimated::NotTried } else { by_more_modes(model, found, (t, u), missing, shift)? };
+    let errors = match estimated {
         // Steps along directions without resistance are as long as rounding makes them.
-        Some(errors) if !is_neutral || errors.shape <= shape => errors,
-        _ => by_balance,
+        Estimated::By(errors) if !is_neutral || errors.shape <= doubtful => errors,
+        // Displacements under unchanged forces are no estimate where forces change so much.
+        Estimated::Unknown => return Ok(None),
+        _ if doubtful > FARTHEST * length => return Ok(None),
+        _ => Errors {
+            tip: doubtful,
+            shape: doubtful,
+            strains: missing,
+            estimate: Estimate::Balance,
+            is_helped_by_modes: true,
+        },
     };
     let Errors { tip, shape, strains, estimate, is_helped_by_modes } = errors;
     Ok(Some(SpaceError {
@@ -176,6 +195,15 @@ fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bo
     (there - missing.displacement).abs() > DIFFERENT * missing.displacement
 }
 
+/// What a model with more modes has told.
+enum Estimated {
+    /// There is none.
+    NotTried,
+    /// Steps in it lead to no equilibrium nearby.
+    Unknown,
+    By(Errors),
+}
+
 /// Errors of positions, and of strains.
 struct Errors {
     tip: f64,
@@ -185,14 +213,15 @@ struct Errors {
     is_helped_by_modes: bool,
 }
 
-/// Errors by a step of a model with more modes; `None` if there is no such model, or if nothing finite follows from it.
+/// Errors by steps of a model with more modes.
 fn by_more_modes<M: Model + Clone>(
     model: &mut M,
     found: &Equilibrium,
     (t, u): (f64, Option<&[f64]>),
     missing: MissingStrain,
-) -> Result<Option<Errors>, Interrupted> {
-    let Some((mut richer, q)) = with_more_modes(model, &found.q) else { return Ok(None) };
+    shift: f64,
+) -> Result<Estimated, Interrupted> {
+    let Some((mut richer, q)) = with_more_modes(model, &found.q) else { return Ok(Estimated::NotTried) };
     if let Some(u) = u {
         richer.set_inputs(u);
     }
@@ -202,28 +231,52 @@ fn by_more_modes<M: Model + Clone>(
     if !multipliers.is_empty()
         && one_sided::multipliers(model, [&found.q, &rest, &rest], &mut multipliers).is_err()
     {
-        return Ok(None);
+        return Ok(Estimated::NotTried);
     }
-    let Some(mut system) = Linearised::new(&mut richer, &q, &multipliers) else { return Ok(None) };
-    let Some(there) = system.step(&mut richer, &q) else { return Ok(None) };
+    let Some((mut system, there)) = followed(&mut richer, &q, &multipliers, shift) else {
+        return Ok(Estimated::Unknown);
+    };
     let [tip, shape] = displacements(model, &found.q, &mut richer, [&q, &there]);
     let step: Vec<f64> = there.iter().zip(&q).map(|(there, q)| there - q).collect();
     let strains = richer.effect_of_strains(&q, &step).unwrap_or_default();
     let part = left_out(&mut richer, &mut system, there, missing);
-    // Modes that find nothing of what is missing say nothing.
-    let with_rest = |found: f64, all: f64| if part < 1.0 { found * (1.0 + part) } else { found.max(all) };
-    let all = missing.displacement.min(FARTHEST * model.facts().length);
-    let [tip, shape] = [tip, shape].map(|found| with_rest(found, all));
-    let curvature = with_rest(strains.curvature, missing.curvature);
-    let moment = with_rest(strains.moment, missing.moment);
+    let [tip, shape, curvature, moment] =
+        [tip, shape, strains.curvature, strains.moment].map(|found| found * (1.0 + part));
     let is_finite = [tip, shape, curvature, moment].iter().all(|x| x.is_finite());
-    Ok(is_finite.then_some(Errors {
+    // Modes that find nothing of what is missing say nothing.
+    if !is_finite || part >= 1.0 || tip.max(shape) > FARTHEST * model.facts().length {
+        return Ok(Estimated::Unknown);
+    }
+    Ok(Estimated::By(Errors {
         tip,
         shape,
         strains: MissingStrain { curvature, moment, ..strains },
         estimate: Estimate::MoreModes,
         is_helped_by_modes: part <= HARDLY_HELPS,
     }))
+}
+
+/// The shape to which steps of Newton's method lead from one nearby, and the equations linearised where the last one began. One is enough where it
+/// leaves little out of balance; otherwise forces change too much for one, and others follow. `None` if they lead nowhere.
+fn followed<M: Model>(
+    model: &mut M,
+    q: &[f64],
+    multipliers: &[f64],
+    shift: f64,
+) -> Option<(Linearised, Vec<f64>)> {
+    let mut system = Linearised::new(model, q, multipliers, shift)?;
+    let mut there = system.step(model, q)?;
+    for _ in 0..MOST_STEPS {
+        let before = system.out_of_balance;
+        let next = system.clone().after(model, &there)?;
+        if next <= LINEAR * before || next <= BALANCED * system.at_first {
+            return Some((system, there));
+        }
+        let at_first = system.at_first;
+        system = Linearised { at_first, ..Linearised::new(model, &there, &system.multipliers, shift)? };
+        there = system.step(model, &there)?;
+    }
+    None
 }
 
 /// A model with more modes of all strains that have some, and the shape in its coordinates.
@@ -266,6 +319,7 @@ fn left_out<M: Model>(
 }
 
 /// The equations of shape and multipliers together, linearised at a shape and in dimensionless form.
+#[derive(Clone)]
 struct Linearised {
     /// Coordinates that take one joule, by their own stiffness: those of bending and stretching then count alike.
     sizes: Vec<f64>,
@@ -281,8 +335,8 @@ struct Linearised {
 }
 
 impl Linearised {
-    /// `None` if a number is not finite.
-    fn new<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Option<Self> {
+    /// `None` if a number is not finite. The shift is added to all stiffness, relative to that of each coordinate.
+    fn new<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64], shift: f64) -> Option<Self> {
         let (n, m) = (q.len(), multipliers.len());
         let rest = vec![0.0; n];
         let (mut tangent, mut jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
@@ -319,6 +373,7 @@ impl Linearised {
                 (system[(n + i, k)], system[(k, n + i)]) = (entry, entry);
             }
         }
+        (0..n).for_each(|k| system[(k, k)] += shift);
         if !system.iter().all(|x| x.is_finite()) {
             return None;
         }
@@ -326,6 +381,12 @@ impl Linearised {
         let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR;
         let (lu, multipliers) = (is_regular.then_some(lu), multipliers.to_vec());
         Some(Self { sizes, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
+    }
+
+    /// What is out of balance in a shape.
+    fn after<M: Model>(mut self, model: &mut M, q: &[f64]) -> Option<f64> {
+        self.step(model, q)?;
+        Some(self.out_of_balance)
     }
 
     /// The shape to which a step of Newton's method leads from another one nearby, with the multipliers going along; of several, as

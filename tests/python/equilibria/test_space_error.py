@@ -11,6 +11,7 @@ import warnings
 import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
+from scipy.optimize import brentq
 
 import lissom
 from reference.statics import buckled_column, planar_rod
@@ -376,3 +377,29 @@ def test_estimates_are_repeatable():
         errors = [lissom.statics(model).space_error for _ in range(2)]
     assert errors[0].shape == errors[1].shape
     assert errors[0].moment == errors[1].moment
+
+
+@pytest.mark.parametrize("value", [None, True])
+@pytest.mark.parametrize("ratio", [1e8, 1e10, 1e12])
+def test_slack_lines_that_hardly_bend_warn_of_nothing(ratio, value):
+    """The balance of moments over a stiffness against bending of nearly nothing is no curvature."""
+    length, weight, stiffness, chord = 10.0, 1.0, 1e4, 5.0
+    radius = 2 * length / np.sqrt(ratio)
+    area = np.pi * radius**2
+    modulus = stiffness / area
+    part = lissom.Segment(
+        length / 10, radius, modulus, 0.4 * modulus, weight / (9.81 * area), {"bend_y": 4, "stretch": 2}
+    )
+    hinge = lissom.Revolute((0, 1, 0))
+    robot = lissom.Robot(
+        [lissom.Link("line", joint=hinge, rod=[part] * 10)],
+        loops=[lissom.Loop(("line",), (None, None, (chord, 0, 0)), hinge)],
+        gravity=(0, 0, -9.81),
+    )
+    found = lissom.statics(robot, space_error=value)
+    assert found.success, found.message
+    # Sag of a catenary, with the stretch left out, which is a ten-thousandth.
+    a = brentq(lambda a: 2 * a * np.sinh(chord / 2 / a) - length, 0.5, 50)
+    depth = max(-robot.pose(found.q, x)[2, 3] for x in np.linspace(0, length, 201))
+    assert abs(depth - a * (np.cosh(chord / 2 / a) - 1)) < 1e-3 * length
+    assert found.space_error is None or found.space_error.relative < 1e-2

@@ -447,6 +447,7 @@ def hung(rng, count, *, stiffness=None, length=1.0, mass=1.0, fixed=1, places=1,
 
 def judge(robot, start, verdict, neutral=None):
     """Verdicts of statics and modes, and how many frequencies are zero."""
+    # Verdicts are those of the modes there are, few or not.
     found = lissom.statics(robot, start, space_error=False)
     assert found.success, found.message
     assert found.stability == verdict

@@ -270,7 +270,8 @@ def test_shapes_in_contact_leave_a_saddle_by_symmetry():
         saddle[3 + 8 * i : 7 + 8 * i] = planar.q[1 + 4 * i : 5 + 4 * i]
     at_saddle = lissom.statics(robot, saddle, method="newton")
     assert (at_saddle.status, at_saddle.stability) == ("converged", "divergence")
-    found = lissom.statics(robot, saddle)
+    # The line may move over the floor without resistance, which makes the estimate six times too large.
+    found = lissom.statics(robot, saddle, space_error=False)
 
     def energy(q):
         of_shape = robot.energy(q, 0 * q)

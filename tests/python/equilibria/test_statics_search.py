@@ -214,8 +214,7 @@ def pull(robot, q):
 def test_a_slack_line_from_straight_is_the_elastic_catenary(ratio, chord):
     length, weight, stiffness = 10.0, 1.0, 1e4
     robot = line(length, stiffness, weight, ratio, (chord * length, 0, 0), 10)
-    # Its bending is of boundary layers that a step of a model with more modes does not resolve.
-    found = lissom.statics(robot, space_error=False)
+    found = lissom.statics(robot)
     assert found.success, found.message
 
     def miss(h):
