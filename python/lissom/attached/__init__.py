@@ -579,7 +579,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     setattr(owner, name, own)
 
 
-#: What files have of a motion or a shape, as meshes.
+#: File formats of a motion or a shape as meshes.
 MESHES = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
 
 
