@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ..analysis.contact_events import ContactEvent
+    from ..analysis.peaks import Peak
     from ..drawing.live.server import LiveView
 
 
@@ -154,6 +155,79 @@ def _contact_events(self: MotionResult) -> list[ContactEvent]:
     from ..analysis.contact_events import events_of
 
     return events_of(self)
+
+
+def _peaks(self: MotionResult) -> list[Peak]:
+    """The largest curvatures, strains, stresses, forces and overlaps of the motion, with places and times.
+
+    For each rod: curvature of bending and torsion (with those at rest), stretch and shear (as changes of the
+    reference strain), axial strain and stress of the outermost fibre (without shear, torsion and damping),
+    and bending moment, torque and tension in its sections by the balance of forces. For each actuator its
+    force, for each contact the largest force of a place where surfaces touch, and the largest overlap.
+
+    Rods are looked at in 49 places of each segment, at the times of the result: peaks between these are not
+    seen. Curvature and stress are those of the modes; `StaticsResult.space_error` tells how much these lack.
+
+    Returns
+    -------
+    peaks : list of Peak
+        For each part and quantity the value that is largest in size; first those of rods, then actuators,
+        then contacts. ``1 / value`` of a curvature is the smallest radius of bending.
+
+    Raises
+    ------
+    ValueError
+        If the result has no model (`newmark`) or no states.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> segment = lissom.Segment(1.0, 2e-3, 210e9, 80e9, 7800.0, modes={"bend_y": 4})
+    >>> run = lissom.simulate(lissom.Rod([segment]), 0.5, dt=2e-3)
+    >>> stress = next(peak for peak in run.peaks() if peak.quantity == "axial stress")
+    >>> stress.X  # metres: at the clamp
+    0.0
+    """
+    from ..analysis.peaks import States, peaks_of
+    from ..model.views import view
+
+    if self.model is None:
+        raise ValueError("result: got one of `newmark`, expected one of `simulate`, which knows its model")
+    if not len(self.t):
+        raise ValueError("result: it has no states")
+    return peaks_of(self.model, States(view(self.model), self.q, self.v, self.a, self.t, self.u))
+
+
+def _peaks_statics(
+    self: StaticsResult, model: Model, *, t: float = 0.0, u: ArrayLike | None = None
+) -> list[Peak]:
+    """The largest curvatures, strains, stresses, forces and overlaps of the equilibrium, with their places.
+
+    As `MotionResult.peaks`. Forces are those under the whole loads, also where the search ended below them.
+
+    Parameters
+    ----------
+    model : Model
+        The model of the search.
+    t : float
+        Time of the loads, seconds, as in the search.
+    u : array_like, optional
+        Inputs, as in the search.
+
+    Returns
+    -------
+    peaks : list of Peak
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the model or an argument is invalid.
+    """
+    from ..analysis.peaks import States, peaks_of
+    from ..results.studies import setting_for
+
+    setting = setting_for(model, len(self.q), t, u)
+    return peaks_of(setting.model, States.at_rest(setting.view, self.q, setting.t, setting.u))
 
 
 def _text(title: str) -> str:
@@ -613,6 +687,7 @@ def _attach_to_motions() -> None:
     _attach(MotionResult, "picture", _picture, figure)
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "contact_events", _contact_events)
+    _attach(MotionResult, "peaks", _peaks)
     _attach(MotionResult, "save", _save_motion, texts.SAVE.format(kinds=paraview, model=texts.INSTANT))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, texts.DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
@@ -667,6 +742,7 @@ def _attach_to_equilibria() -> None:
     of_path, a_path = "a path of equilibria", "the path of equilibria, from its beginning to its end,"
     of_rest = texts.REPORT.format(what="an equilibrium", role=role, about="", own="")
     _attach(StaticsResult, "report", _report_statics, of_rest)
+    _attach(StaticsResult, "peaks", _peaks_statics)
     about, lacks = "model : Model\n    The model.\n", "the result has nothing to show"
     figure = texts.PICTURE.format(what="the shape", more="", about=about, setting=texts.SETTING, lacks=lacks)
     _attach(StaticsResult, "picture", _picture_statics, figure)

@@ -303,6 +303,7 @@ CONTAINERS = (
     "lissom.Balance",
     "lissom.ContactEvent",
     "lissom.LinearModel",
+    "lissom.Peak",
     "lissom.Touch",
     "lissom.gym.Outcome",
     "lissom.gym.Start",

@@ -119,6 +119,15 @@ RECIPES: dict[str, dict | list[dict]] = {
             "stiffness": "1e4",
         },
     ],
+    "Peak": {
+        "quantity": "'tension'",
+        "unit": "'N'",
+        "part": "'t'",
+        "value": "1.0",
+        "X": "None",
+        "t": "0.1",
+        "index": "0",
+    },
     "ContactEvent": {"t": "0.1", "contact": "'c'", "kind": "'touch'", "q": "np.zeros(2)", "v": "np.zeros(2)"},
     "Touch": {
         "contact": "'c'",
@@ -832,6 +841,7 @@ RECIPES |= {
         ),
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
+    "MotionResult.peaks": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     **{
         f"EnsembleResult.{name}": {"self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))"}
@@ -861,6 +871,7 @@ RECIPES |= {
     "StaticsResult.plot": {"self": f"v.alone({_SAVED['StaticsResult']})", "model": "v.planar()"},
     "ContinuationResult.plot": {"self": f"v.alone({_SAVED['ContinuationResult']})", "model": "v.planar()"},
     "ModesResult.plot": {"self": f"v.alone({_SAVED['ModesResult']})"},
+    "StaticsResult.peaks": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN,
     "StaticsResult.report": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN | _PAGE,
     "ContinuationResult.report": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _PAGE,
     "ContinuationResult.animate": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _FILM,

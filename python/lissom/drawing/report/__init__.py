@@ -11,7 +11,7 @@ import numpy as np
 from ..._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
 from ...common import disk
 from ...results.runs import COUNTERS, Array, Made, Run
-from . import actuators, contacts, curves, loops, motion, page, text
+from . import actuators, contacts, curves, loops, motion, page, peaks, text
 
 if TYPE_CHECKING:
     from ...analysis.equilibria import EquilibriumSensitivityResult
@@ -162,6 +162,7 @@ def _shown(run: Run | Made) -> list[page.Section]:
         *_actuators(run),
         *_loops(run),
         *_contacts(run),
+        *peaks.of_motion(run),
         *([page.Section("Energy", energies)] if energies else []),
     ]
 

@@ -15,7 +15,7 @@ from ...model.views import Member
 from ...results.runs import Array
 from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
 from ..oscillation import frequency, is_rounding, mode_motion
-from . import motion, page, plots, theme
+from . import motion, page, peaks, plots, theme
 from .text import quantity
 
 #: Number of animated modes; the table contains all of them.
@@ -75,6 +75,8 @@ def equilibrium(
         sections = motion.sections("Shape", both, "0 is the start, 1 the equilibrium.")
     if found.success and shown.members:
         sections.append(page.Section("Links", [_wrenches(setting, found.q, shown.members)]))
+    if found.success:
+        sections += peaks.of_equilibrium(setting, found.q)
     rows = summary(setting, found, wall_time)
     sections.append(page.Section("Result", [found.message, page.Table(("", ""), rows)]))
     lead = f"{shown.title}, {setting.model.n} generalised coordinates, at rest."
