@@ -177,6 +177,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "states": "('a', 'b')",
         "inputs": "('a', 'b')",
         "outputs": "('a', 'b')",
+        "dt": "None",
     },
     "Link": {
         "name": "'a'",
@@ -841,6 +842,11 @@ RECIPES |= {
         ),
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
+    "LinearModel.discrete": {
+        "self": "lissom.linearise(v.planar(), np.zeros(2))",
+        "dt": "1e-2",
+        "delay": "1.5e-2",
+    },
     "MotionResult.peaks": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     **{
