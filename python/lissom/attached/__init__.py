@@ -619,6 +619,49 @@ def _scene_of(
     return scenes.to_scene(self, t_end=t_end, name=name, q0=q0, v0=v0, **simulation)
 
 
+def _advice_of_model(self: Model) -> list[str]:
+    """Questions about the model: sizes, moduli, densities and gravity that are probably in other units.
+
+    Also shear that a thick rod leaves out. `Scene.advice` asks more: steps, modes and the method. Reports
+    show the same.
+
+    Returns
+    -------
+    advice : list of str
+        One or two sentences each; empty where nothing is questionable.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> in_millimetres = lissom.Segment(80.0, 4.0, 0.3, 0.1, 1e-6, modes={"bend_y": 3})
+    >>> for sentence in lissom.Rod([in_millimetres]).advice():
+    ...     print(sentence)
+    A Young's modulus of 0.3 Pa is softer than any gel; in pascals rubber has 1e6 and steel 2.1e11.
+    A density of 1e-06 kg/m³ is lighter than foam; water has 1000 and steel 7800.
+    "rod" is 8 m wide; lengths are in metres.
+    """
+    from ..analysis.advice import about_model
+
+    return about_model(self)
+
+
+def _advice_of_scene(self: Scene) -> list[str]:
+    """Questions about the scene before it is run, as `lissom check` asks them.
+
+    What its step, its modes and its method can resolve, by the natural frequencies about the equilibrium
+    (left out if there is none, and for models of more than 100 coordinates), and implausible units. Takes as
+    long as `statics` and two `modes`.
+
+    Returns
+    -------
+    advice : list of str
+        One or two sentences each; often empty.
+    """
+    from ..analysis.advice import advice
+
+    return advice(self)
+
+
 def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
     """Write the scene to a file, and beside it what it imports and arrays of 1000 numbers and more.
 
@@ -661,6 +704,8 @@ def attach() -> None:
     """Attach the methods to the classes of results, models and scenes. Repeated calls have no effect."""
     _attach(Model, "to_scene", _scene_of)
     _attach(Scene, "save", _save_scene)
+    _attach(Model, "advice", _advice_of_model)
+    _attach(Scene, "advice", _advice_of_scene)
     _attach_to_motions()
     _attach_to_studies()
     _attach_to_equilibria()

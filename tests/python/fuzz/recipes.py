@@ -805,6 +805,7 @@ _FILM = {"path": "v.place('x.gif')", "fps": "10.0", "duration": "0.2"}
 _MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
 RECIPES |= {
     "load": {"path": "v.saved()"},
+    "Model.advice": {"self": _MODEL},
     "Model.to_scene": {
         "self": "v.robot()",
         "t_end": "0.5",
@@ -812,6 +813,7 @@ RECIPES |= {
         "q0": _a(0.1, 0.2),
         "v0": _a(0.1, 0.2),
     },
+    "Scene.advice": {"self": "v.scene()"},
     "Scene.save": {"self": "v.scene()", "path": "v.place('x.toml')"},
     "MotionResult.plot": {"self": _MOVED},
     "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},

@@ -44,7 +44,6 @@ def statics(study: StaticsStudy) -> page.Page:
     return replace(
         built,
         lead=f"Equilibrium at rest, {start}",
-        advice=about_model(scene.model),
         sections=[*built.sections, _source(scene)],
     )
 
@@ -80,7 +79,13 @@ def equilibrium(
     rows = summary(setting, found, wall_time)
     sections.append(page.Section("Result", [found.message, page.Table(("", ""), rows)]))
     lead = f"{shown.title}, {setting.model.n} generalised coordinates, at rest."
-    return page.Page(title=title, lead=lead, outcome=outcome(found), sections=sections)
+    return page.Page(
+        title=title,
+        lead=lead,
+        outcome=outcome(found),
+        advice=about_model(setting.model),
+        sections=sections,
+    )
 
 
 def continuation(setting: Setting, found: ContinuationResult, title: str) -> page.Page:
@@ -106,6 +111,7 @@ def continuation(setting: Setting, found: ContinuationResult, title: str) -> pag
     ]
     return page.Page(
         title=title,
+        advice=about_model(setting.model),
         lead=f"{setting.view.title}, {setting.model.n} generalised coordinates: a path of equilibria.",
         outcome=("Finished." if found.success else f"Ended early: {found.status}", found.success),
         sections=[
@@ -239,7 +245,6 @@ def modes(study: ModesStudy) -> page.Page:
     return replace(
         built,
         lead=f"Natural modes about the {about}.",
-        advice=about_model(scene.model),
         sections=[*built.sections, _source(scene)],
     )
 
@@ -259,6 +264,7 @@ def vibrations(setting: Setting, q: Array, found: ModesResult, title: str) -> pa
     ]
     return page.Page(
         title=title,
+        advice=about_model(setting.model),
         lead=f"{setting.view.title}: natural modes, {len(found.frequency)} of them.",
         outcome=("Stable" if found.is_stable else "Unstable", found.is_stable),
         sections=[*animated, page.Section("Modes", [page.Table(COLUMNS, table(found), frozenset(COLUMNS))])],
