@@ -106,6 +106,7 @@ if TYPE_CHECKING:
     from .analysis.measurements import NaturalFrequencies as NaturalFrequencies
     from .analysis.measurements import RecordedMotion as RecordedMotion
     from .analysis.measurements import StaticShapes as StaticShapes
+    from .analysis.peaks import Peak as Peak
     from .analysis.sensitivities import SensitivityResult as SensitivityResult
     from .analysis.sensitivities import sensitivity as sensitivity
     from .analysis.sweeps import sweep as sweep
@@ -142,6 +143,7 @@ else:
         "analysis.linear": "LinearModel linearise",
         "analysis.many": "EquilibriaResult statics_many",
         "analysis.measurements": "NaturalFrequencies RecordedMotion StaticShapes",
+        "analysis.peaks": "Peak",
         "analysis.sensitivities": "SensitivityResult sensitivity",
         "analysis.sweeps": "sweep",
         "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch",

@@ -84,6 +84,9 @@ class Link:
     #: Velocities (k, 6) of a section, angular first, in world axes, for (k, n) coordinates and velocities, an
     #: arc length and (k,) times.
     velocity: Callable[[Array, Array, float, Array], Array] | None = None
+    #: Moments and forces (k, m, 6) in sections as from `Rod.internal_wrench`, for (k, n) coordinates,
+    #: velocities and accelerations, arc lengths (m,), (k,) times and (k, inputs) inputs.
+    wrench: Callable[[Array, Array, Array, Array, Array, Array], Array] | None = None
 
     @cached_property
     def stations(self) -> Array:
@@ -240,6 +243,7 @@ def of_rod(rod: Rod) -> View:
                 lambda q, X, t: rod.pose(q, X, t=t),
                 lambda q, X: rod.strain(q, X),
                 lambda q, v, X, t: rod.velocity(q, v, X, t=t),
+                lambda q, v, a, X, t, u: rod.internal_wrench(q, v, a, X, t=t, u=u),
             )
         ],
         glyphs_of=(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
@@ -297,6 +301,7 @@ def of_robot(robot: Robot) -> View:
                 partial(_pose_along, robot, link.name),
                 partial(_strain_along, robot, link.name),
                 partial(_velocity_along, robot, link.name),
+                partial(_wrench_along, robot, link.name),
             )
             for link in links
             if link.rod is not None
@@ -385,6 +390,12 @@ def _strain_along(robot: Robot, link: str, q: Array, X: Array) -> Array:
 
 def _velocity_along(robot: Robot, link: str, q: Array, v: Array, X: float, t: Array) -> Array:
     return robot.velocity(q, v, X, link=link, t=t)
+
+
+def _wrench_along(
+    robot: Robot, link: str, q: Array, v: Array, a: Array, X: Array, t: Array, u: Array
+) -> Array:
+    return robot.internal_wrench(q, v, a, X, link=link, t=t, u=u)
 
 
 def _pose_of_tip(robot: Robot, link: str, q: Array, t: float | Array) -> Array:

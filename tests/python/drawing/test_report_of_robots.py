@@ -271,7 +271,14 @@ def test_the_reader_picks_a_link(run, built):
     for source in [source for sources in shown.sources for source in sources]:
         assert text.count(f'id="{source}"') == 1
     assert "<b>ball" not in text.replace(html.escape("<b>ball"), "").split("<script")[0]
-    assert [section.title for section in built.sections] == ["Motion", "Links", "Energy", "Solver", "Scene"]
+    assert [section.title for section in built.sections] == [
+        "Motion",
+        "Links",
+        "Largest values",
+        "Energy",
+        "Solver",
+        "Scene",
+    ]
 
 
 def test_the_curves_are_those_of_the_link(run, built):
@@ -405,7 +412,7 @@ def test_reports_of_models_made_in_python(tmp_path):
     text = (tmp_path / "rod.html").read_text(encoding="utf-8")
     assert "<title>A &lt;rod&gt;</title>" in text
     titles = [section.title for section in report.build_result(result, "A rod").sections]
-    assert titles == ["Motion", "Tip", "Coordinates", "Energy", "Solver"]
+    assert titles == ["Motion", "Tip", "Coordinates", "Largest values", "Energy", "Solver"]
     other = lissom.newmark(lambda t, q, v, a: a + q, (0.0, 0.1), [1.0], [0.0], dt=0.01)
     with pytest.raises(ValueError, match="not of `newmark`"):
         report.write_result(other, tmp_path / "other.html")

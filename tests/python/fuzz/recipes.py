@@ -119,6 +119,15 @@ RECIPES: dict[str, dict | list[dict]] = {
             "stiffness": "1e4",
         },
     ],
+    "Peak": {
+        "quantity": "'tension'",
+        "unit": "'N'",
+        "part": "'t'",
+        "value": "1.0",
+        "X": "None",
+        "t": "0.1",
+        "index": "0",
+    },
     "ContactEvent": {"t": "0.1", "contact": "'c'", "kind": "'touch'", "q": "np.zeros(2)", "v": "np.zeros(2)"},
     "Touch": {
         "contact": "'c'",
@@ -168,6 +177,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "states": "('a', 'b')",
         "inputs": "('a', 'b')",
         "outputs": "('a', 'b')",
+        "dt": "None",
     },
     "Link": {
         "name": "'a'",
@@ -795,6 +805,7 @@ _FILM = {"path": "v.place('x.gif')", "fps": "10.0", "duration": "0.2"}
 _MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
 RECIPES |= {
     "load": {"path": "v.saved()"},
+    "Model.advice": {"self": _MODEL},
     "Model.to_scene": {
         "self": "v.robot()",
         "t_end": "0.5",
@@ -802,6 +813,7 @@ RECIPES |= {
         "q0": _a(0.1, 0.2),
         "v0": _a(0.1, 0.2),
     },
+    "Scene.advice": {"self": "v.scene()"},
     "Scene.save": {"self": "v.scene()", "path": "v.place('x.toml')"},
     "MotionResult.plot": {"self": _MOVED},
     "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},
@@ -832,6 +844,12 @@ RECIPES |= {
         ),
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
+    "LinearModel.discrete": {
+        "self": "lissom.linearise(v.planar(), np.zeros(2))",
+        "dt": "1e-2",
+        "delay": "1.5e-2",
+    },
+    "MotionResult.peaks": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     **{
         f"EnsembleResult.{name}": {"self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))"}
@@ -861,6 +879,7 @@ RECIPES |= {
     "StaticsResult.plot": {"self": f"v.alone({_SAVED['StaticsResult']})", "model": "v.planar()"},
     "ContinuationResult.plot": {"self": f"v.alone({_SAVED['ContinuationResult']})", "model": "v.planar()"},
     "ModesResult.plot": {"self": f"v.alone({_SAVED['ModesResult']})"},
+    "StaticsResult.peaks": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN,
     "StaticsResult.report": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN | _PAGE,
     "ContinuationResult.report": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _PAGE,
     "ContinuationResult.animate": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _FILM,

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model import fibres
 from ...model.views import View
 from ..report import contacts, layers, quantities, solids, symbols
 from ..report import motion as drawing
@@ -59,7 +60,7 @@ class Shape:
                 replace(tube, quantities={}) for tube in drawing.tubes(view, q[None], v[None], np.array([t]))
             ]
             self._radius, self._half_axis = drawing.widest(view), drawing.half_axis(view, view.size)
-        self._at = [solids.segments(link) for link in view.links]
+        self._at = [fibres.segments(link, link.stations) for link in view.links]
         self._half = [
             solids.sections(link, at, 0.0)[0] for link, at in zip(view.links, self._at, strict=True)
         ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import views
+from ...model import fibres, views
 
 Array = NDArray[np.float64]
 
@@ -37,32 +37,12 @@ def _quantities(
         strain = link.strain(q, link.stations)
         found[CURVATURE] = np.linalg.norm(strain[..., 1:3], axis=-1)
         rest = link.strain(np.zeros((1, q.shape[1])), link.stations)
-        stress = axial_stress(link, strain - rest, half, at)
-        if stress is not None:
-            found[STRESS] = stress
+        modulus = fibres.moduli(link, at)
+        if modulus is not None:
+            found[STRESS] = modulus * fibres.axial_strain(link, strain - rest, half, at)
     if link.velocity is not None and np.any(v):
         few = np.linspace(0.0, link.length, SPEED_STATIONS)
         velocity = np.stack([link.velocity(q, v, float(X), t)[:, 3:] for X in few], axis=1)
         speed = np.linalg.norm(velocity, axis=-1)
         found[SPEED] = np.stack([np.interp(link.stations, few, each) for each in speed])
     return found
-
-
-def axial_stress(link: views.Link, change: Array, half: Array, at: Sequence[int]) -> Array | None:
-    """The largest elastic stress along the rod in each section, pascals, (shapes, stations).
-
-    E times the strain of the outermost fibre due to stretch and bending, from the change of the strains
-    (shapes, stations, 6) relative to the reference strain. Exact for circles and ellipses, where the fibre of
-    largest bending strain is on the boundary, and at the corners of rectangles. None if a segment has no
-    Young's modulus.
-    """
-    moduli = [segment.young_modulus for segment in link.segments]
-    if None in moduli:
-        return None
-    # Bending about y causes axial strain along z.
-    bending = np.abs(change[..., 1:3] * half[:, ::-1])
-    is_square = np.array([link.segments[i].section.shape == "rectangle" for i in at])
-    outermost = np.where(is_square, bending.sum(axis=-1), np.hypot(bending[..., 0], bending[..., 1]))
-    modulus = np.array(moduli, float)[list(at)]
-    stress: Array = modulus * (np.abs(change[..., 3]) + outermost)
-    return stress
