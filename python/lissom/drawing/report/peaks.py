@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import LissomError, Model
 from ...analysis.peaks import States, largest_of, peaks_of
 from ...results.runs import MAX_SHAPES, Made, Run
-from ...results.studies import Setting
 from . import page
 from .text import quantity
+
+if TYPE_CHECKING:
+    from ...results.studies import Setting
 
 Array = NDArray[np.float64]
 
