@@ -132,7 +132,9 @@ impl Oscillation {
         let slope = (to - from) / h / square;
         let held = from / square - mode.damping / square * slope;
         let (x, v) = (self.x - held, self.v - slope);
-        self.largest = self.largest.max(x.hypot(v / mode.frequency));
+        // About the displacement that follows the force, or about that of the force at the start: within a jump nothing follows.
+        let about_start = (self.x - from / square).hypot(self.v / mode.frequency);
+        self.largest = self.largest.max(x.hypot(v / mode.frequency).min(about_start));
         let frequency = (square - half * half).sqrt();
         let (sine, cosine) = (frequency * h).sin_cos();
         let decay = (-half * h).exp();
@@ -157,6 +159,16 @@ mod tests {
             velocity: 0.2,
             size: 0.0,
         }
+    }
+
+    #[test]
+    fn a_jump_excites_twice_nothing_but_its_own_displacement() {
+        let mode = Vibration { damping: 0.0, velocity: 0.0, ..vibration() };
+        let mut motion = Oscillation::new(&mode);
+        for [h, from, to] in [[1.0, 0.0, 0.0], [1e-9, 0.0, 9.0], [1.0, 9.0, 9.0], [1.0, 9.0, 9.0]] {
+            motion.step(&mode, h, [from, to]);
+        }
+        assert!((motion.largest - 1.0).abs() < 1e-6, "{}", motion.largest);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use crate::simulation::simulate::{Simulation, Status, simulate};
 
 /// Tolerance of the first run over the requested one, chosen such that the second run usually meets the
 /// request.
-pub(super) const FIRST_TOLERANCE: f64 = 3.0;
+pub(super) const FIRST_TOLERANCE: f64 = 1.5;
 
 /// Number of states of the first run that are examined for further vibrations.
 const STATES: usize = 4;

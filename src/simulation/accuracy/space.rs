@@ -18,8 +18,8 @@ const TIGHTEST: f64 = 0.1;
 const FIRST: f64 = 1e-3;
 const CLEAR: f64 = 3.0;
 
-/// Estimates by forces, which are upper bounds, are believed up to what was asked, and if they are that many times as large.
-const TOO_LARGE: f64 = 4.0;
+/// The bound by forces is believed up to what was asked, and the displacement at rest from this multiple of it on.
+const TOO_LARGE: f64 = 3.0;
 
 /// A change by nodes, estimated by forces, that is smaller than this part of what matters, or larger than its inverse, needs no run.
 const CLEARLY: f64 = 0.3;
@@ -44,10 +44,13 @@ pub(super) fn add_error<M: Model + Clone>(
         Ok(None) => return Ok(()),
         Err(why) => return unknown(run, why),
     };
-    let by_forces = finer.estimate.by_forces(plan.following.late(0.5 * finer.estimate.energy));
-    if let Some(error) = by_forces.filter(|&error| error <= wanted || error >= TOO_LARGE * wanted) {
-        say(run, error, wanted);
-        return Ok(());
+    let late = plan.following.late(0.5 * finer.estimate.energy);
+    if let Some([at_rest, most]) = finer.estimate.by_forces(late) {
+        let is_large = at_rest >= TOO_LARGE * wanted;
+        if most <= wanted || is_large {
+            say(run, if is_large { at_rest } else { most }, wanted);
+            return Ok(());
+        }
     }
     let Some(mut model) = finer.model(plan.model) else {
         return unknown(run, "with more modes the model would be too large");

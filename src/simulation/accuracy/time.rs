@@ -121,10 +121,11 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             };
             return Ok(run);
         }
-        // The next run is compared with this one, whose error is smaller than the estimate by this gain. Where impacts are, nothing is
-        // known of it: the error may be small enough already, and the next run tells.
+        // The next run is compared with this one, whose error is smaller than the estimate by this gain; where impacts are, nothing
+        // is known of it.
         let has_order = !plan.model.facts().has_one_sided_forces;
-        let gain = if has_order { (error / (AIM * wanted)).powi(2) / gain } else { 1.0 };
+        let gain =
+            if has_order { (error / (AIM * wanted)).powi(2) / gain } else { TIGHTENING * error / wanted };
         let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / TIGHTENING);
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);

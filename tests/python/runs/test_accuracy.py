@@ -614,13 +614,14 @@ def test_loose_tolerances_do_not_make_dry_friction_costly():
 
 
 def test_a_ball_in_the_air_is_followed_on_the_stiff_floor():
-    """Nothing is stiff before it lands; then explicit steps would be short for the rest of the time."""
+    """Nothing is stiff before it lands; then it takes 7000 explicit steps, and a tenth of that by Radau's method."""
     body = lissom.Body(0.1, inertia=2e-5 * np.eye(3))
-    floor = lissom.Contact(lissom.Ball("ball", 0.02), lissom.HalfSpace(), stiffness=1e6, friction=0.3)
+    floor = lissom.Contact(lissom.Ball("ball", 0.02), lissom.HalfSpace(), stiffness=1e4, friction=0.3)
     robot = lissom.Robot([lissom.Link("ball", joint=lissom.Free(), body=body)], contacts=[floor])
     q0, v0 = [0, 0, 0.05, 0, 0, 0], [0.5, 0, 0, 0, 0, 0]
-    found = lissom.simulate(robot, 2.0, q0=q0, v0=v0, method="auto", rtol=1e-2)
+    found = lissom.simulate(robot, 1.0, q0=q0, v0=v0, method="auto", rtol=1e-2)
     assert found.success
-    assert found.stats.steps < 3000
-    exact = lissom.simulate(robot, 2.0, q0=q0, v0=v0, method="radau", rtol=1e-9, atol=1e-11, dt=1e-2)
-    assert np.abs(found.q[:, :3] - exact.q[:, :3]).max() < 1e-2 * 0.02
+    assert "radau, because explicit steps became short" in found.message
+    assert found.stats.steps < 2000
+    exact = lissom.simulate(robot, 1.0, q0=q0, v0=v0, method="radau", rtol=1e-9, atol=1e-11, t_eval=found.t)
+    assert np.linalg.norm(found.q[:, :3] - exact.q[:, :3], axis=1).max() < 1e-2 * 0.02
