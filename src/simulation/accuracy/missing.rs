@@ -37,6 +37,9 @@ const FAST: f64 = 10.0;
 /// A suddenly loaded spring overshoots to twice its static displacement.
 const SUDDEN: f64 = 2.0;
 
+/// Part of a diagonal entry of the stiffness below which its pivot is rounding.
+const SINGULAR: f64 = 1e-9;
+
 /// Claimed error over the estimate: not less than the true error for most random rods
 /// (`benches/python/accuracy/honesty.py --space`).
 pub(super) const SAFETY: f64 = 2.0;
@@ -157,7 +160,7 @@ pub(super) fn finer<M: Model + Clone>(
         leaves: relative(&of_slow, &found),
         fast: relative(&all, &of_slow),
         energy: missing.energy(&of_modes(&slow)),
-        is_known: !all.is_empty(),
+        is_known: !all.is_empty() && missing.is_well_conditioned(),
     };
     model_with(&fine, estimate)
 }
@@ -233,6 +236,20 @@ impl Missing {
         richer.inverse_dynamics(&rest, &rest, &rest, &mut still);
         richer.inverse_dynamics(&rest, &rest, &one, &mut moved);
         (self.stiffness[(i, i)] / (moved[i] - still[i])).sqrt()
+    }
+
+    /// Whether rounding spares static responses; with many monomials it does not.
+    fn is_well_conditioned(&self) -> bool {
+        self.blocks.iter().all(|block| {
+            let of_block =
+                Matrix::from_fn(block.len(), block.len(), |i, j| self.stiffness[(block[i], block[j])]);
+            // Coordinates of joints have no stiffness.
+            let Some(cholesky) = of_block.clone().cholesky() else {
+                return of_block.iter().all(|x| *x == 0.0);
+            };
+            let factor = cholesky.l_dirty();
+            (0..block.len()).all(|i| factor[(i, i)].powi(2) > SINGULAR * of_block[(i, i)])
+        })
     }
 
     /// Static response of these coordinates in each state; none if springs do not hold them.

@@ -9,6 +9,9 @@ use crate::simulation::simulate::Status;
 /// Ratio of the tolerances of two runs that are compared.
 pub(super) const TIGHTENING: f64 = 5.0;
 
+/// The same where impacts are: free flights take the same steps at similar tolerances, and an impact within one has the same error.
+const TIGHTENING_AT_IMPACTS: f64 = 25.0;
+
 /// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
 /// `SMALLEST_FACTOR`.
 const AIM: f64 = 0.5;
@@ -63,6 +66,8 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     let mut tolerance = FIRST_TOLERANCE * wanted;
     let mut longest_step = f64::INFINITY;
     let mut previous: Option<Looser> = None;
+    let has_order = !plan.model.facts().has_one_sided_forces;
+    let tightening = if has_order { TIGHTENING } else { TIGHTENING_AT_IMPACTS };
     let (mut runs, mut has_looked) = (0, false);
     plan.most_steps = plan.choice.worth;
     loop {
@@ -86,7 +91,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             // A run that did not resolve a vibration which it excited itself cannot be compared with.
             if has_looked || plan.follows(&run) {
                 previous = Some(run.into());
-                tolerance = (tolerance / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
+                tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             }
             has_looked = true;
             continue;
@@ -96,7 +101,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         if run.steps() < looser.steps && runs < RUNS {
             // It was the looser run that had difficulties.
             previous = Some(run.into());
-            tolerance = (tolerance / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
+            tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             continue;
         }
         if gain < LEAST_GAIN && runs < RUNS {
@@ -126,7 +131,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         let has_order = !plan.model.facts().has_one_sided_forces;
         let gain =
             if has_order { (error / (AIM * wanted)).powi(2) / gain } else { TIGHTENING * error / wanted };
-        let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / TIGHTENING);
+        let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / tightening);
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
     }

@@ -614,7 +614,7 @@ def test_loose_tolerances_do_not_make_dry_friction_costly():
 
 
 def test_a_ball_in_the_air_is_followed_on_the_stiff_floor():
-    """Nothing is stiff before it lands; then it takes 7000 explicit steps, and a tenth of that by Radau's method."""
+    """Nothing is stiff before it lands; then it takes 7000 explicit steps, or a tenth of that by Radau."""
     body = lissom.Body(0.1, inertia=2e-5 * np.eye(3))
     floor = lissom.Contact(lissom.Ball("ball", 0.02), lissom.HalfSpace(), stiffness=1e4, friction=0.3)
     robot = lissom.Robot([lissom.Link("ball", joint=lissom.Free(), body=body)], contacts=[floor])
