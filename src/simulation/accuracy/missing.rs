@@ -84,13 +84,11 @@ pub(super) struct Estimate {
 }
 
 impl Estimate {
-    /// Space error of the coarse model by the static displacements, and an upper bound of it where wrong frequencies move the tip by
-    /// `late`. `None` if the forces are unknown.
-    pub(super) fn by_forces(self, late: f64) -> Option<[f64; 2]> {
-        let at_rest = SAFETY * (self.finds + self.leaves) + SUDDEN * self.fast;
-        let bounds = [at_rest, at_rest + SAFETY * late];
-        let is_known = self.is_known && bounds.iter().all(|error| error.is_finite());
-        is_known.then(|| bounds.map(|error| error.min(FARTHEST)))
+    /// Upper bound of the space error of the coarse model by the static displacements, where wrong frequencies move the tip by `late`.
+    /// `None` if the forces are unknown.
+    pub(super) fn bound(self, late: f64) -> Option<f64> {
+        let error = SAFETY * (self.finds + self.leaves + late) + SUDDEN * self.fast;
+        (self.is_known && error.is_finite()).then_some(error)
     }
 
     /// Space error of the coarse model whose tip differs from that of the finer model by `apart`. The effect

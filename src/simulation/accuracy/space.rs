@@ -18,17 +18,15 @@ const TIGHTEST: f64 = 0.1;
 const FIRST: f64 = 1e-3;
 const CLEAR: f64 = 3.0;
 
-/// The bound by forces is believed up to what was asked, and the displacement at rest from this multiple of it on.
-const TOO_LARGE: f64 = 3.0;
-
 /// A change by nodes, estimated by forces, that is smaller than this part of what matters, or larger than its inverse, needs no run.
 const CLEARLY: f64 = 0.3;
 
 /// Change by additional nodes that requires them, relative to the requested accuracy.
 const NODES: f64 = 0.3;
 
-/// Adds the space error to a run, or the reason why it is unknown. If forces leave doubts, simulates a finer model, with
-/// the method that suits that model, only as accurately as needed to distinguish errors of modes from errors of steps.
+/// Adds the space error to a run, or the reason why it is unknown. If the bound by forces is larger than what was
+/// asked, simulates a finer model, with the method that suits that model, only as accurately as needed to distinguish errors
+/// of modes from errors of steps.
 pub(super) fn add_error<M: Model + Clone>(
     plan: &Plan<'_, M>,
     run: &mut Run,
@@ -45,12 +43,9 @@ pub(super) fn add_error<M: Model + Clone>(
         Err(why) => return unknown(run, why),
     };
     let late = plan.following.late(0.5 * finer.estimate.energy);
-    if let Some([at_rest, most]) = finer.estimate.by_forces(late) {
-        let is_large = at_rest >= TOO_LARGE * wanted;
-        if most <= wanted || is_large {
-            say(run, if is_large { at_rest } else { most }, wanted);
-            return Ok(());
-        }
+    if let Some(error) = finer.estimate.bound(late).filter(|&error| error <= wanted) {
+        say(run, error, wanted);
+        return Ok(());
     }
     let Some(mut model) = finer.model(plan.model) else {
         return unknown(run, "with more modes the model would be too large");
