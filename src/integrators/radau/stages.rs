@@ -15,6 +15,10 @@ use crate::model::constraint::Saddle;
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
 use crate::numerics::tape::Tape;
 
+/// Allowed error of the iteration, relative to the tolerances, where dry friction acts. Errors of velocities beyond the small one at
+/// which friction changes its side make wrong accelerations, which the next step extrapolates: its iteration does not converge.
+const WITH_FRICTION: f64 = 1e-5;
+
 /// So many steps begin with the tangents of each stage after one that needed them.
 const STEPS_BY_STAGE: u32 = 16;
 
@@ -145,6 +149,11 @@ impl Stages {
             error: vectors(2),
             work: vectors(2),
         }
+    }
+
+    /// Makes the iteration as accurate as dry friction needs it.
+    pub(super) fn follow_friction(&mut self) {
+        self.newton_tolerance = self.newton_tolerance.min(WITH_FRICTION);
     }
 
     /// How many unknowns of a stage there are.
@@ -425,13 +434,7 @@ impl Stages {
         let x = h / MU_REAL;
         for dy in self.dy.chunks_exact_mut(2 * self.n) {
             let (dq, dv) = dy.split_at_mut(self.n);
-            for ((dq, dv), noise) in dq.iter_mut().zip(dv).zip(&self.noise) {
-                let noise = ROUNDING_NOISE * noise;
-                // NaN stays.
-                if dq.abs() <= noise && dv.abs() <= noise / x {
-                    (*dq, *dv) = (0.0, 0.0);
-                }
-            }
+            drop_rounding([dq, dv], &self.noise, x);
         }
         let size = norm_of_stages(&self.dy, scale);
         if size <= NEGLIGIBLE * self.newton_tolerance { 0.0 } else { size }
@@ -549,6 +552,8 @@ impl Stages {
             self.systems.solve_real(&mut self.scratch);
             error.copy_from_slice(&self.scratch[..n]);
         }
+        let (e_q, e_v) = self.error.split_at_mut(n);
+        drop_rounding([e_q, e_v], &self.noise, x);
     }
 
     /// Finds the mass and the constraints at the start of a step, with the factors of both, where the last step has not left
@@ -670,6 +675,17 @@ impl Stages {
         {
             // Where it fails, the next step meets that, too.
             let _ = self.systems.factorise(h, &self.tangents, &self.constraints, &mut Counters::default());
+        }
+    }
+}
+
+/// Sets changes of displacements and velocities to zero where they may be rounding of the gaps.
+fn drop_rounding([dq, dv]: [&mut [f64]; 2], noise: &[f64], x: f64) {
+    for ((dq, dv), noise) in dq.iter_mut().zip(dv).zip(noise) {
+        let noise = ROUNDING_NOISE * noise;
+        // NaN stays.
+        if dq.abs() <= noise && dv.abs() <= noise / x {
+            (*dq, *dv) = (0.0, 0.0);
         }
     }
 }

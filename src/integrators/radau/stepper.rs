@@ -123,13 +123,16 @@ impl Stepper {
         Ok(self.status)
     }
 
-    /// Memory for the multipliers of constraints, where there are any.
+    /// Memory for the multipliers of constraints, where there are any, and how accurate iterations must be.
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         let (n, constraints) = (self.q.len(), system.facts().constraints());
         if self.stages.unknowns() != n + constraints {
             self.stages = Stages::of_system(system, self.smallest_rtol);
             self.a.resize(n + constraints, 0.0);
             self.a_old.resize(n + constraints, 0.0);
+        }
+        if system.facts().has_dry_friction {
+            self.stages.follow_friction();
         }
     }
 

@@ -66,6 +66,8 @@ pub struct RobotModel {
     held: Option<Vec<f64>>,
     /// Size of the steps in seconds if that is fixed, zero for others, NaN without.
     steps: f64,
+    /// Times at which adaptive steps end in addition to those that signals tell.
+    ends: Arc<[f64]>,
     /// Whether tendons that do not stretch stay taut or slack as they are.
     slack_is_kept: bool,
     /// The energy at the end of the last step that was asked whether it gains any.
@@ -203,6 +205,7 @@ impl RobotModel {
             marks: Arc::new([]),
             held: None,
             steps: f64::NAN,
+            ends: Arc::new([]),
             slack_is_kept: false,
             noted: NotedEnergy::default(),
             pressed: Pressed::default(),
