@@ -79,7 +79,7 @@ impl Start {
         let frames = self.frames.clone().unwrap_or_else(|| transported(base, &self.tangents));
         let mut from = 0.0;
         for segment in &link.rod {
-            q.append(&mut self.from_curvature(segment, from, &frames));
+            q.append(&mut self.along_segment(segment, from, &frames));
             from += segment.length;
         }
         Ok(q)
@@ -113,7 +113,7 @@ impl Start {
     }
 
     /// Coordinates of a segment that begins at this arc length, from the turns between these frames of the points.
-    fn from_curvature(&self, segment: &Segment, from: f64, frames: &[Quaternion<f64>]) -> Vec<f64> {
+    fn along_segment(&self, segment: &Segment, from: f64, frames: &[Quaternion<f64>]) -> Vec<f64> {
         let pieces: Vec<_> = piece::of(segment).collect();
         let part = 1.0 / pieces.len() as f64;
         let mut q = Vec::with_capacity(segment.coordinates());
