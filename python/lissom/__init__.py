@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ._lissom import ContinuationResult as ContinuationResult
     from ._lissom import ConvergenceError as ConvergenceError
     from ._lissom import CriticalPoint as CriticalPoint
+    from ._lissom import CurveResult as CurveResult
     from ._lissom import Cylindrical as Cylindrical
     from ._lissom import DenseOutput as DenseOutput
     from ._lissom import Distance as Distance
@@ -128,8 +129,8 @@ else:
     _NAMES = {
         "_lissom": """
             DOP853 RK45 AccuracyWarning ActiveStrain ActuateResult Along Balance BaseMotion Body
-            Chamber ContinuationResult ConvergenceError CriticalPoint Cylindrical DenseOutput
-            Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
+            Chamber ContinuationResult ConvergenceError CriticalPoint CurveResult Cylindrical
+            DenseOutput Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
             JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
             MotionResult Motor OdeResult OdeSolver Overlap Planar Prismatic Profile Radau ReachResult
             Revolute Robot Rod RootResult Scene SceneError SceneProblem Section Segment Simulation

@@ -17,6 +17,7 @@ from .._lissom import (
     ModesResult,
     MotionResult,
     ReachResult,
+    Robot,
     Scene,
     Simulation,
     StaticsResult,
@@ -120,6 +121,40 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     from ..drawing.report import write_result
 
     write_result(self, path, title=_text(title))
+
+
+def _pose(self: MotionResult, X: ArrayLike | None = None, *, link: str | None = None) -> NDArray[Any]:
+    """Poses of sections or bodies at the times of the result: `Robot.pose` of its states and times.
+
+    Parameters
+    ----------
+    X : float or array_like, shape (j,), optional
+        Arc lengths on the unstretched rod, metres; by default the tip. None for a rigid link.
+    link : str, optional
+        The link; not needed if there is only one.
+
+    Returns
+    -------
+    pose : ndarray, shape (m, 4, 4) or (m, j, 4, 4)
+        Homogeneous matrices that map section axes to world axes, for each of the m times.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the result has no model with links, or an argument is invalid.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> rubber = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 3})
+    >>> motion = lissom.simulate(lissom.Rod([rubber]), 0.1)
+    >>> motion.pose().shape, motion.pose([0.1, 0.2]).shape
+    ((11, 4, 4), (11, 2, 4, 4))
+    """
+    if not isinstance(self.model, Robot):
+        has = "no model" if self.model is None else f"a {type(self.model).__name__}"
+        raise ValueError(f"result: has {has}, which has no links, expected the result of a Robot or Rod")
+    return self.model.pose(self.q, X, link=link, t=self.t)
 
 
 def _contact_events(self: MotionResult) -> list[ContactEvent]:
@@ -733,6 +768,7 @@ def _attach_to_motions() -> None:
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "contact_events", _contact_events)
     _attach(MotionResult, "peaks", _peaks)
+    _attach(MotionResult, "pose", _pose)
     _attach(MotionResult, "save", _save_motion, texts.SAVE.format(kinds=paraview, model=texts.INSTANT))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, texts.DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)

@@ -21,6 +21,7 @@ _IVP = {
     "vectorized": "False",
 }
 _STATE = {"q": _a(0.1, 0.2), "qd": _a(0.3, -0.1), "qdd": _a(-0.2, 0.5), "t": "0.1"}
+_BENT = "[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.19, 0.0, -0.05]]"
 _MODEL = "v.MODELS['{model}']()"
 _ENERGIES = ("kinetic", "elastic", "gravitational", "loads", "dissipated", "work")
 _TABLE = "([0.0, 0.1, 0.2], [0.01, 0.02, 0.015])"
@@ -328,6 +329,10 @@ RECIPES: dict[str, dict | list[dict]] = {
         },
         {"self": "v.robot()", "link": "[lissom.Target('b', [0.06, 0, -0.08])]", "prefer": "'start'"},
     ],
+    "Robot.coordinates_of": [
+        {"self": "v.moving()", "points": _BENT, "X": _a(0.0, 0.1, 0.2), "link": "'rod'", "q0": _a(0.1, 0.2)},
+        {"self": "v.moving()", "points": _BENT, "frames": "[[1.0, 0.0, 0.0, 0.0]] * 3"},
+    ],
     "Rod": {
         "segments": "[v.segment(), v.segment()]",
         "base_position": _a(0.0, 0.0, 1.0),
@@ -576,6 +581,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "t_eval": _a(0.0, 0.01, 0.05),
         "progress": "lambda t: None",
         "max_steps": "500",
+        "max_seconds": "100.0",
     },
     "sensitivity": [
         {
@@ -675,6 +681,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "t_eval": _a(0.02, 0.03, 0.05),
             "progress": "lambda done: None",
             "max_steps": "500",
+            "max_seconds": "100.0",
         },
         {
             "model": "[v.antagonists(), v.antagonists()]",
@@ -704,6 +711,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "atol": "1e-6",
         },
         {"model": _MODEL, "dt": "0.01", "adaptive": "True", "max_step": "0.01", "min_step": "1e-6"},
+        {"model": _MODEL, "dt": "0.01", "max_seconds": "100.0"},
     ],
     "Simulations": {
         "model": _MODEL,
@@ -850,6 +858,7 @@ RECIPES |= {
         "delay": "1.5e-2",
     },
     "MotionResult.peaks": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
+    "MotionResult.pose": {"self": _MOVED, "X": _a(0.0, 0.1), "link": "'rod'"},
     "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     **{
         f"EnsembleResult.{name}": {"self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))"}
@@ -891,8 +900,9 @@ RECIPES |= {
 #: Classes that only functions create, and exceptions: calling them must raise, or create an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult FittedData
-JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult
+CriticalPoint CurveResult DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult
+FittedData JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult
+MotionResult
 OdeResult OdeSolver Overlap ReachResult RootResult Scene SceneError SceneProblem Section
 SimulationSettings SpaceError StaticsResult Statistics
 """
