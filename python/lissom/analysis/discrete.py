@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from .._lissom import LissomError
 from ..common.arguments import number
 from ..common.extras import missing
 
@@ -53,6 +54,10 @@ def held(model: Iterable[Array], dt: float, delay: float) -> tuple[tuple[Array, 
         C[:, n + (kept - 1) * p :] = through
         B[n : n + p] = np.eye(p)
         A[n + p :, n : n + (kept - 1) * p] = np.eye((kept - 1) * p)
+    if not (np.isfinite(A).all() and np.isfinite(B).all()):
+        raise LissomError(
+            f"the motion within dt = {dt:g} s is not finite: the model is unstable; take a shorter dt"
+        )
     return (A, B, C, D), kept
 
 
@@ -77,5 +82,7 @@ def _moved(of_state: Array, of_input: Array, h: float) -> tuple[Array, Array]:
     n, p = of_input.shape
     block = np.zeros((n + p, n + p))
     block[:n, :n], block[:n, n:] = of_state, of_input
-    moved = expm(block * h)
+    # What overflows is refused by name.
+    with np.errstate(over="ignore", invalid="ignore"):
+        moved = expm(block * h)
     return moved[:n, :n], moved[:n, n:]

@@ -24,6 +24,12 @@ Array = NDArray[np.float64]
 #: largest values are mostly at ends.
 PLACES = 49
 
+#: Values that are smaller than the largest one of the same unit by this factor are rounding.
+ROUNDING = 1e-12
+
+#: Values that differ by less than this, relative to the largest, are equal: the first place is named.
+EQUAL = 1e-9
+
 
 @dataclass(frozen=True)
 class Peak:
@@ -90,10 +96,17 @@ class States:
 
 def peaks_of(model: Model, states: States) -> list[Peak]:
     """Peaks of rods, then of actuators, then of contacts, each in the order of the model."""
-    return [
+    found = [
         *(peak for link in states.view.links for peak in _of_rod(link, states)),
         *_of_actuators(states),
         *(_of_contacts(model, states) if isinstance(model, Robot) else ()),
+    ]
+    largest: dict[str, float] = {}
+    for peak in found:
+        largest[peak.unit] = max(largest.get(peak.unit, 0.0), abs(peak.value))
+    # An actuator that exerts nothing is of interest, rounding is not.
+    return [
+        peak for peak in found if peak.value == 0.0 or not abs(peak.value) < ROUNDING * largest[peak.unit]
     ]
 
 
@@ -122,16 +135,20 @@ def _of_rod(link: Link, states: States) -> Iterator[Peak]:
     }
     # Sections that are given by their stiffness have no outermost fibre.
     if all(segment.section.shape != "given" for segment in link.segments):
-        axial = fibres.axial_strain(link, change, fibres.half_extents(link, X, at), at)
-        found["axial strain", "1"] = axial
+        half = fibres.half_extents(link, X, at)
+        found["axial strain", "1"] = fibres.axial_strain(link, change, half, at)
         modulus = fibres.moduli(link, at)
-        if modulus is not None:
-            found["axial stress", "Pa"] = modulus * axial
+        if modulus is not None and link.elastic_wrench is not None:
+            # Active strains are free of stress.
+            wrench = link.elastic_wrench(states.q, X, states.clock, states.u)
+            solved = np.linalg.solve(fibres.stiffnesses(link, X, at), wrench[..., None])[..., 0]
+            elastic = np.asarray(-solved, float)
+            found["axial stress", "Pa"] = modulus * fibres.axial_strain(link, elastic, half, at)
     if link.wrench is not None:
         wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
         found["bending moment", "N m"] = np.linalg.norm(wrench[..., 1:3], axis=-1)
-        found["torque", "N m"] = wrench[..., 0]
-        # The part before a section pulls back what is beyond it.
+        # The wrench is that on what is beyond a section: signs as those of torsion and stretch.
+        found["torque", "N m"] = -wrench[..., 0]
         found["tension", "N"] = -wrench[..., 3]
     for (quantity, unit), values in found.items():
         if not values.any():
@@ -142,13 +159,15 @@ def _of_rod(link: Link, states: States) -> Iterator[Peak]:
 
 
 def _stations(link: Link) -> Array:
-    """Arc lengths at which a rod is looked at: both sides of a boundary, where strains jump."""
+    """Arc lengths at which a rod is looked at: also both sides of what makes strains and forces jump."""
     ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in link.segments])])
     ends[-1] = link.length
     inner = [np.linspace(a, b, PLACES) for a, b in pairwise(ends)]
     for places in inner[1:]:
         places[0] = np.nextafter(places[0], np.inf)
-    return np.concatenate(inner)
+    marks = np.clip(np.array(link.marks), 0.0, link.length)
+    beyond = np.nextafter(marks, np.inf)
+    return np.sort(np.concatenate([*inner, marks, beyond[beyond <= link.length]]))
 
 
 def _of_actuators(states: States) -> Iterator[Peak]:
@@ -160,24 +179,25 @@ def _of_actuators(states: States) -> Iterator[Peak]:
 
 
 def _of_contacts(robot: Robot, states: States) -> Iterator[Peak]:
-    forces: dict[str, tuple[float, float | None, int]] = {}
-    overlaps: dict[str, tuple[float, float | None, int]] = {}
-    if not robot.contacts:
-        return
+    for contact in robot.contacts:
+        wrench = robot.contact_forces(states.q, states.v, name=contact.name, t=states.clock)
+        size = np.linalg.norm(wrench[:, 3:], axis=-1)
+        if size.any():
+            (state,) = _largest(size)
+            yield _peak("contact force", "N", contact.name, size[state], None, states, state)
+    deepest: dict[str, tuple[float, float | None, int]] = {}
     for state, (q, v, t) in enumerate(zip(states.q, states.v, states.clock, strict=True)):
-        for touch in robot.touches(q, v, t=float(t)):
-            size, X = float(np.linalg.norm(touch.force)), touch.along[0]
-            for table, value in ((forces, size), (overlaps, touch.overlap)):
-                if touch.contact not in table or value > table[touch.contact][0]:
-                    table[touch.contact] = value, X, state
-    for quantity, unit, table in (("contact force", "N", forces), ("overlap", "m", overlaps)):
-        for name, (value, X, state) in table.items():
-            yield _peak(quantity, unit, name, value, X, states, state)
+        for touch in robot.touches(q, v, t=float(t)) if robot.contacts else ():
+            if touch.contact not in deepest or touch.overlap > deepest[touch.contact][0]:
+                deepest[touch.contact] = touch.overlap, touch.along[0], state
+    for name, (overlap, X, state) in deepest.items():
+        yield _peak("overlap", "m", name, overlap, X, states, state)
 
 
 def _largest(values: Array) -> tuple[int, ...]:
-    """Indices of the value that is largest in size; those of the first one that is not a number."""
+    """Indices of the value that is largest in size, the first of equal ones, or not a number."""
     sizes = np.where(np.isnan(values), np.inf, np.abs(values))
+    sizes = sizes >= (1.0 - EQUAL) * sizes.max()
     return tuple(int(i) for i in np.unravel_index(int(np.argmax(sizes)), values.shape))
 
 

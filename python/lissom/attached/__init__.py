@@ -198,7 +198,7 @@ def _peaks(self: MotionResult) -> list[Peak]:
     For each rod: curvature of bending and torsion (with those at rest), stretch and shear (as changes of the
     reference strain), axial strain and stress of the outermost fibre (without shear, torsion and damping),
     and bending moment, torque and tension in its sections by the balance of forces. For each actuator its
-    force, for each contact the largest force of a place where surfaces touch, and the largest overlap.
+    force, for each contact its resultant and the largest overlap.
 
     Rods are looked at in 49 places of each segment, at the times of the result: peaks between these are not
     seen. Curvature and stress are those of the modes; `StaticsResult.space_error` tells how much these lack.

@@ -51,3 +51,10 @@ def moduli(link: Link, at: Sequence[int]) -> Array | None:
     """Young's modulus at each station (stations,), pascals; None if a segment has none."""
     found = [segment.young_modulus for segment in link.segments]
     return None if None in found else np.array(found, float)[list(at)]
+
+
+def stiffnesses(link: Link, X: Array, at: Sequence[int]) -> Array:
+    """Stiffnesses (stations, 6, 6) of the sections."""
+    places = fractions(link, X, at)
+    parts = [(link.segments[i], place) for i, place in zip(at, places, strict=True)]
+    return np.array([segment.stiffness(place * segment.length) for segment, place in parts])

@@ -157,3 +157,55 @@ def test_times_that_cannot_be(dt, delay, match):
         linear.discrete(dt, delay=delay)
     with pytest.raises(ValueError, match="in discrete time already"):
         linear.discrete(1e-3).discrete(1e-3)
+
+
+@pytest.mark.parametrize("mass", [2.0, 0.02, 2e-4])
+def test_contact_sensors_see_the_contact_however_shallow_it_is(mass):
+    """Overlaps from 0.2 mm to 20 nm: the force is the stiffness times the overlap, and balances the load."""
+    floor = lissom.Contact(lissom.Ball("ball", 0.05), lissom.HalfSpace(), stiffness=1e5, name="floor")
+    robot = lissom.Robot(
+        [lissom.Link("ball", body=lissom.Body(mass), joint=lissom.Prismatic((0, 0, 1)))],
+        contacts=[floor],
+        loads=[lissom.Load(force=lissom.Input("push", (0, 0, 0)))],
+    )
+    q = lissom.statics(robot, q0=[0.05]).q
+    linear = lissom.linearise(robot, q, "inputs", sensors.ContactForce(robot, "floor"))
+    assert linear.C[2, 0] == pytest.approx(-1e5)
+    gain = linear.D - linear.C @ np.linalg.solve(linear.A, linear.B)
+    np.testing.assert_allclose(gain, np.diag([0.0, 0.0, -1.0]), atol=1e-6)
+
+
+def test_forces_of_tendons_that_do_not_stretch_balance_the_load():
+    """A mass on a cord, beside which it can slide: T = |F + m g|, so that dT = (F + m g) . dF / T."""
+    slide = lissom.Link("slide", body=lissom.Body(3.0), joint=lissom.Prismatic((1, 0, 0)))
+    mass = lissom.Link("mass", parent="slide", body=lissom.Body(1.0), joint=lissom.Prismatic((0, 0, 1)))
+    cord = lissom.Tendon("cord", [lissom.Via(None, (0, 0, 1)), lissom.Via("mass", (0, 0, 0))], length=1.0)
+    push = lissom.Load(link="mass", force=lissom.Input("push", (0, 0, 0)))
+    robot = lissom.Robot([slide, mass], actuators=[cord], loads=[push])
+    u = [9.81, 0.0, 0.0]
+    q = lissom.statics(robot, u=u, q0=[0.6, 0.2]).q
+    linear = lissom.linearise(robot, q, "inputs", sensors.ActuatorForce(robot, "cord"), u=u)
+    gain = linear.D - linear.C @ np.linalg.solve(linear.A, linear.B)
+    np.testing.assert_allclose(gain, [[np.sqrt(0.5), 0.0, -np.sqrt(0.5)]], atol=1e-6)
+
+
+def test_readings_with_kinks_have_no_derivative():
+    turned = lissom.Link("arm", body=lissom.Body(1.0, centre=(0.5, 0, 0)), joint=lissom.Revolute((0, 1, 0)))
+    robot = lissom.Robot([turned], gravity=(0, 0, 0))
+    tracker = sensors.PoseTracker(robot, "arm")
+    with pytest.raises(lissom.LissomError, match="kink or a jump"):
+        lissom.linearise(robot, [np.pi], "forces", tracker)
+    C = lissom.linearise(robot, [np.pi - 1e-7], "forces", tracker).C
+    np.testing.assert_allclose(np.abs(C[3:, 0]), [0.5, 0.0, 0.0, 0.0], atol=1e-6)
+    robot = finger(0.0)
+    q = lissom.statics(robot, space_error=False).q
+    with pytest.raises(lissom.LissomError, match="tendon without tension"):
+        lissom.linearise(robot, q, "inputs", sensors.ActuatorForce(robot, "pull"))
+
+
+def test_steps_beyond_numbers_are_refused():
+    arm = lissom.Link("arm", body=lissom.Body(1.0, centre=(0, 0, 0.5)), joint=lissom.Revolute((0, 1, 0)))
+    standing = lissom.linearise(lissom.Robot([arm]), [0.0])
+    assert np.linalg.eigvals(standing.A).real.max() > 1.0
+    with pytest.raises(lissom.LissomError, match="shorter dt"):
+        standing.discrete(1e4)

@@ -150,3 +150,45 @@ def test_results_without_a_model_have_no_peaks():
         found.peaks(other)
     with pytest.raises(TypeError, match="not a model"):
         found.peaks("rod")
+
+
+def test_active_strains_are_free_of_stress():
+    segment = lissom.Segment(1.0, 0.01, 2e9, 8e8, 1000.0, modes={"bend_y": 3})
+    bent = lissom.ActiveStrain("finger", "bend_y", 1.0, amount=2.0)
+    robot = lissom.Robot([lissom.Link("finger", rod=[segment])], actuators=[bent], gravity=(0, 0, 0))
+    peaks = lissom.statics(robot).peaks(robot)
+    assert of(peaks, "axial strain").value == pytest.approx(0.02)
+    assert of(peaks, "axial stress").value < 1e-10 * 2e9 * 0.02
+    assert of(peaks, "curvature").X == 0.0
+
+
+def test_torque_and_tension_have_the_signs_of_torsion_and_stretch():
+    segment = lissom.Segment(1.0, 0.01, 2e9, 8e8, 1000.0, modes={"torsion": 2, "stretch": 1})
+    for sign in (1.0, -1.0):
+        rod = lissom.Rod([segment], gravity=(0, 0, 0), tip_moment=(sign * 0.02, 0, 0), tip_force=(sign, 0, 0))
+        peaks = lissom.statics(rod).peaks(rod)
+        assert of(peaks, "torque").value == pytest.approx(sign * 0.02)
+        assert of(peaks, "torque").X == 0.0
+        assert of(peaks, "torsion").value == pytest.approx(sign * 0.02 / (8e8 * np.pi * 1e-8 / 2.0))
+        assert of(peaks, "tension").value == pytest.approx(sign)
+        assert of(peaks, "stretch").value == pytest.approx(sign / (2e9 * np.pi * 1e-4))
+
+
+def test_moments_between_two_loads_are_seen_however_near_they_are():
+    segment = lissom.Segment(1.0, 0.01, 2e9, 8e8, 1000.0, modes={"bend_y": 4})
+    pair = [lissom.Load(moment=(0, 0.1, 0), at=0.5), lissom.Load(moment=(0, -0.1, 0), at=0.501)]
+    rod = lissom.Rod([segment], gravity=(0, 0, 0), loads=pair)
+    moment = of(lissom.statics(rod, space_error=False).peaks(rod), "bending moment")
+    assert moment.value == pytest.approx(0.1)
+    assert 0.5 <= moment.X <= 0.501
+
+
+@pytest.mark.parametrize("nodes", [16, 48])
+def test_the_force_of_a_contact_is_its_resultant(nodes):
+    segment = lissom.Segment(0.5, 0.01, 1e7, 4e6, 1000.0, modes={"bend_y": 2}, nodes=nodes)
+    rod = lissom.Link("rod", rod=[segment], joint=lissom.Prismatic((0, 0, 1)))
+    floor = lissom.Contact("rod", lissom.HalfSpace(), name="floor")
+    robot = lissom.Robot([rod], contacts=[floor])
+    peaks = lissom.statics(robot, q0=[0.0105, 0.0, 0.0], space_error=False).peaks(robot)
+    weight = 1000.0 * np.pi * 1e-4 * 0.5 * GRAVITY
+    assert of(peaks, "contact force").value == pytest.approx(weight, rel=1e-6)

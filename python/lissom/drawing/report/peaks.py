@@ -24,7 +24,8 @@ def of_motion(run: Run | Made) -> list[page.Section]:
     at = run.instants(MAX_SHAPES)
     states = States(run.view, run.q[at], run.v[at], run.a[at], run.clock[at], run.u[at])
     model = run.scene.model if isinstance(run, Run) else run.model
-    return _section(model, states, ("t (s)",))
+    some = "" if len(at) == len(run.t) else f" At {len(at):,} of {len(run.t):,} times."
+    return _section(model, states, ("t (s)",), some)
 
 
 def of_equilibrium(setting: Setting, q: Array) -> list[page.Section]:
@@ -32,7 +33,7 @@ def of_equilibrium(setting: Setting, q: Array) -> list[page.Section]:
     return _section(setting.model, States.at_rest(setting.view, q, setting.t, setting.u), ())
 
 
-def _section(model: Model, states: States, times: tuple[str, ...]) -> list[page.Section]:
+def _section(model: Model, states: States, times: tuple[str, ...], some: str = "") -> list[page.Section]:
     try:
         found = largest_of(peaks_of(model, states))
     except (ValueError, LissomError):
@@ -51,7 +52,7 @@ def _section(model: Model, states: States, times: tuple[str, ...]) -> list[page.
     columns = ("largest", "value", "of", "at X (m)", *times)
     caption = (
         "Curvature of bending; stretch and shear relative to rest; strain and stress of the "
-        "outermost fibre along the rod; moments and forces in sections by the balance of forces."
+        "outermost fibre along the rod; moments and forces in sections by the balance of forces." + some
     )
     table = page.Table(columns, rows, frozenset(columns) - {"largest", "of"}, caption)
     return [page.Section("Largest values", [table])] if rows else []
