@@ -96,11 +96,13 @@ class States:
 
 def peaks_of(model: Model, states: States) -> list[Peak]:
     """Peaks of rods, then of actuators, then of contacts, each in the order of the model."""
-    found = [
-        *(peak for link in states.view.links for peak in _of_rod(link, states)),
-        *_of_actuators(states),
-        *(_of_contacts(model, states) if isinstance(model, Robot) else ()),
-    ]
+    # The last state of a failed run can overflow.
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = [
+            *(peak for link in states.view.links for peak in _of_rod(link, states)),
+            *_of_actuators(states),
+            *(_of_contacts(model, states) if isinstance(model, Robot) else ()),
+        ]
     largest: dict[str, float] = {}
     for peak in found:
         largest[peak.unit] = max(largest.get(peak.unit, 0.0), abs(peak.value))

@@ -10,8 +10,8 @@ use crate::integrators::ode::radau_iia::{
     transform,
 };
 use crate::integrators::second_order::{Counters, Failure, System, model_at};
-use crate::model::Tied;
 use crate::model::constraint::Saddle;
+use crate::model::{Facts, Tied};
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
 use crate::numerics::tape::Tape;
 
@@ -61,6 +61,8 @@ pub(super) struct Stages {
     /// Number of unknowns of a stage: accelerations, and multipliers of constraints.
     unknowns: usize,
     newton_tolerance: f64,
+    /// Whether errors that may be rounding of gaps are errors of a step.
+    rounding_counts: bool,
     /// dr/dq, dr/dv and dr/da.
     tangents: [Matrix; 3],
     /// The derivative of the constraints.
@@ -122,6 +124,7 @@ impl Stages {
             n,
             unknowns,
             newton_tolerance: Iteration::tolerance(rtol),
+            rounding_counts: true,
             tangents: [square(), square(), square()],
             constraints: Matrix::zeros(constraints, n),
             tangents_are_current: false,
@@ -151,9 +154,13 @@ impl Stages {
         }
     }
 
-    /// Makes the iteration as accurate as dry friction needs it.
-    pub(super) fn follow_friction(&mut self) {
-        self.newton_tolerance = self.newton_tolerance.min(WITH_FRICTION);
+    /// Makes the iteration as accurate as dry friction needs it, and says whether rounding of gaps counts as an error. Where
+    /// tendons become taut it does: short steps at a length that jumps are known by it.
+    pub(super) fn follow(&mut self, facts: &Facts) {
+        if facts.has_dry_friction {
+            self.newton_tolerance = self.newton_tolerance.min(WITH_FRICTION);
+        }
+        self.rounding_counts = facts.is_one_sided;
     }
 
     /// How many unknowns of a stage there are.
@@ -552,8 +559,10 @@ impl Stages {
             self.systems.solve_real(&mut self.scratch);
             error.copy_from_slice(&self.scratch[..n]);
         }
-        let (e_q, e_v) = self.error.split_at_mut(n);
-        drop_rounding([e_q, e_v], &self.noise, x);
+        if !self.rounding_counts {
+            let (e_q, e_v) = self.error.split_at_mut(n);
+            drop_rounding([e_q, e_v], &self.noise, x);
+        }
     }
 
     /// Finds the mass and the constraints at the start of a step, with the factors of both, where the last step has not left

@@ -131,9 +131,7 @@ impl Stepper {
             self.a.resize(n + constraints, 0.0);
             self.a_old.resize(n + constraints, 0.0);
         }
-        if system.facts().has_dry_friction {
-            self.stages.follow_friction();
-        }
+        self.stages.follow(system.facts());
     }
 
     fn select_first_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<f64, Interrupted> {
