@@ -139,13 +139,9 @@ def _of_rod(link: Link, states: States) -> Iterator[Peak]:
     if all(segment.section.shape != "given" for segment in link.segments):
         half = fibres.half_extents(link, X, at)
         found["axial strain", "1"] = fibres.axial_strain(link, change, half, at)
-        modulus = fibres.moduli(link, at)
-        if modulus is not None and link.elastic_wrench is not None:
-            # Active strains are free of stress.
-            wrench = link.elastic_wrench(states.q, X, states.clock, states.u)
-            solved = np.linalg.solve(fibres.stiffnesses(link, X, at), wrench[..., None])[..., 0]
-            elastic = np.asarray(-solved, float)
-            found["axial stress", "Pa"] = modulus * fibres.axial_strain(link, elastic, half, at)
+        stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at)
+        if stress is not None:
+            found["axial stress", "Pa"] = stress
     if link.wrench is not None:
         wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
         found["bending moment", "N m"] = np.linalg.norm(wrench[..., 1:3], axis=-1)

@@ -47,13 +47,24 @@ def axial_strain(link: Link, change: Array, half: Array, at: Sequence[int]) -> A
     return strain
 
 
-def moduli(link: Link, at: Sequence[int]) -> Array | None:
-    """Young's modulus at each station (stations,), pascals; None if a segment has none."""
-    found = [segment.young_modulus for segment in link.segments]
-    return None if None in found else np.array(found, float)[list(at)]
+def axial_stress(
+    link: Link, q: Array, X: Array, t: Array, u: Array, half: Array, at: Sequence[int]
+) -> Array | None:
+    """The largest elastic stress along the rod in each section, pascals, (shapes, stations).
+
+    Young's modulus times the elastic part of `axial_strain`: active strains are free of stress. For
+    coordinates (shapes, n), times (shapes,) and inputs (shapes, inputs). None if a segment has no modulus.
+    """
+    moduli = [segment.young_modulus for segment in link.segments]
+    if link.elastic_wrench is None or None in moduli:
+        return None
+    wrench = link.elastic_wrench(q, X, t, u)
+    elastic = np.asarray(-np.linalg.solve(_stiffnesses(link, X, at), wrench[..., None])[..., 0], float)
+    stress: Array = np.array(moduli, float)[list(at)] * axial_strain(link, elastic, half, at)
+    return stress
 
 
-def stiffnesses(link: Link, X: Array, at: Sequence[int]) -> Array:
+def _stiffnesses(link: Link, X: Array, at: Sequence[int]) -> Array:
     """Stiffnesses (stations, 6, 6) of the sections."""
     places = fractions(link, X, at)
     parts = [(link.segments[i], place) for i, place in zip(at, places, strict=True)]

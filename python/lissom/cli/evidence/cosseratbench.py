@@ -1,7 +1,8 @@
 """lissom in the benchmark `cosseratbench` (Apache-2.0): ``cosseratbench run --solver lissom``.
 
 Needs the extra `cosseratbench`: ``pip install 'lissom[cosseratbench]'``. All experiments have the same
-settings, the defaults of lissom where there are any; ``docs/peers.md`` has the results.
+settings, the defaults of lissom where there are any; ``docs/peers.md`` has the results. What a scenario asks
+for and lissom cannot express is a ``NotImplementedError``, which the benchmark reports as unsupported.
 """
 
 from __future__ import annotations

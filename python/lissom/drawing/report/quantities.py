@@ -18,28 +18,29 @@ CURVATURE, STRESS, SPEED = "curvature (1/m)", "axial stress (Pa)", "speed (m/s)"
 SPEED_STATIONS = 13
 
 
-def along(link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Sequence[int]) -> dict[str, Array]:
+def along(
+    link: views.Link, q: Array, v: Array, t: Array, u: Array, half: Array, at: Sequence[int]
+) -> dict[str, Array]:
     """Values (shapes, stations) by name; non-finite ones are omitted.
 
     Stations have half extents ``half`` (stations, 2) and are in the segments ``at``.
     """
     # The last state of a failed run can overflow.
     with np.errstate(over="ignore", invalid="ignore"):
-        found = _quantities(link, q, v, t, half, at)
+        found = _quantities(link, q, v, t, u, half, at)
     return {name: values for name, values in found.items() if np.isfinite(values).all()}
 
 
 def _quantities(
-    link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Sequence[int]
+    link: views.Link, q: Array, v: Array, t: Array, u: Array, half: Array, at: Sequence[int]
 ) -> dict[str, Array]:
     found: dict[str, Array] = {}
     if link.strain is not None:
         strain = link.strain(q, link.stations)
         found[CURVATURE] = np.linalg.norm(strain[..., 1:3], axis=-1)
-        rest = link.strain(np.zeros((1, q.shape[1])), link.stations)
-        modulus = fibres.moduli(link, at)
-        if modulus is not None:
-            found[STRESS] = modulus * fibres.axial_strain(link, strain - rest, half, at)
+        stress = fibres.axial_stress(link, q, link.stations, t, u, half, at)
+        if stress is not None:
+            found[STRESS] = stress
     if link.velocity is not None and np.any(v):
         few = np.linspace(0.0, link.length, SPEED_STATIONS)
         velocity = np.stack([link.velocity(q, v, float(X), t)[:, 3:] for X in few], axis=1)

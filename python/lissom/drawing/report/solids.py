@@ -16,7 +16,9 @@ Array = NDArray[np.float64]
 MOST_RADIUS = 0.03
 
 
-def tube(link: views.Link, q: Array, v: Array, t: Array, least_radius: float, opacity: float = 1.0) -> Tube:
+def tube(
+    link: views.Link, q: Array, v: Array, t: Array, u: Array, least_radius: float, opacity: float = 1.0
+) -> Tube:
     """A rod in several shapes, with at least this radius."""
     poses = link.pose(q, link.stations, t)
     at = fibres.segments(link, link.stations)
@@ -30,7 +32,7 @@ def tube(link: views.Link, q: Array, v: Array, t: Array, least_radius: float, op
         hole,
         [link.segments[i].section.shape == "rectangle" for i in at],
         at,
-        quantities.along(link, q, v, t, sections(link, at, 0.0)[0], at),
+        quantities.along(link, q, v, t, u, sections(link, at, 0.0)[0], at),
         opacity,
     )
 
