@@ -73,6 +73,8 @@ impl Features {
         }
         part.append(&mut beside_jumps);
         part.sort_by(|a, b| a.t.total_cmp(&b.t));
+        // A jump at a sample has that one on its side.
+        part.dedup_by(|a, b| a.t == b.t);
         Ok(())
     }
 
@@ -204,7 +206,7 @@ mod tests {
         let mut part: Vec<Sample> =
             (0..=SAMPLES).map(|i| at(i as f64 / SAMPLES as f64).expect("it never stops")).collect();
         features.find(&mut part, &mut at).expect("it never stops");
-        assert!(part.is_sorted_by(|a, b| a.t <= b.t));
+        assert!(part.is_sorted_by(|a, b| a.t < b.t));
         features
     }
 
@@ -215,6 +217,16 @@ mod tests {
         assert_eq!(longest_step, f64::INFINITY);
         assert_eq!(ends.len(), 2);
         assert!(ends[0] < place && place <= ends[1] && ends[1] - ends[0] <= JUMP);
+    }
+
+    #[test]
+    fn jumps_at_samples_are_located_too() {
+        for place in [0.25, 0.5] {
+            let found = features(|t| if t < place { 0.0 } else { 1.0 }, 1e-3);
+            assert_eq!((found.ends.len(), found.ends[1]), (2, place));
+            let found = features(|t| if t <= place { 0.0 } else { 1.0 }, 1e-3);
+            assert_eq!((found.ends.len(), found.ends[0]), (2, place));
+        }
     }
 
     #[test]
