@@ -133,7 +133,7 @@ def test_the_steps_alone_can_be_asked_for():
         calls.append(t)
         return (0.0, 0.0, 0.3 * np.sin(9.0 * t))
 
-    rod = lissom.Rod([wire().segments[0]], loads=[lissom.Load(push, at=0.37)])
+    rod = lissom.Rod([wire().segments[0]], loads=[lissom.Load(force=push, at=0.37)])
     counts, found = [], []
     for space_error in (True, False):
         calls.clear()
