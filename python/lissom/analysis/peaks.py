@@ -195,8 +195,8 @@ def _of_rod(link: Link, states: States) -> Iterator[Peak]:
         if not values.any():
             # Strains without modes, and forces that nothing exerts.
             continue
-        limit = LIMITS.get(quantity, lambda _: None)
-        limits = [limit(link.segments[i]) for i in at]
+        limit = LIMITS.get(quantity)
+        limits = [limit and limit(link.segments[i]) for i in at]
         places = [_largest(values)]
         if any(limits):
             shares = values / np.array([of_place or np.inf for of_place in limits])
