@@ -76,8 +76,8 @@ test-browser: docs $(VENV)/browser.stamp ## reports and the site in headless Chr
 	@test -n "$(LISSOM_CHROMIUM)" || $(BIN)/python -m playwright install chromium
 	$(BIN)/python -m pytest tests/browser -o addopts= --timeout 300
 
-test-torch: build-for-test ## the bridge to PyTorch, which is large and is installed first (needs the network)
-	$(BIN)/python -m pip install --quiet 'torch>=2.6'
+test-torch: build-for-test ## the bridges to PyTorch and Stable-Baselines3, which are large and are installed first (needs the network)
+	$(BIN)/python -m pip install --quiet 'torch>=2.6' 'stable-baselines3>=2.6'
 	$(BIN)/python -m pytest tests/torch
 
 test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and overflow checks (slow)
