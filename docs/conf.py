@@ -35,7 +35,7 @@ nb_execution_timeout = 120
 default_role = "py:obj"
 autodoc_member_order = "bysource"
 # Bridges are documented without what they lead to.
-autodoc_mock_imports = ["jax", "torch"]
+autodoc_mock_imports = ["jax", "torch", "stable_baselines3"]
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 numpydoc_validation_checks = set()

@@ -732,7 +732,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
 
 
 #: File formats of a motion or a shape as meshes.
-MESHES = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
+MESHES = "``.glb`` (glTF 2.0, {what}), ``.usd`` (likewise; extra `usd`), ``.ply`` and ``.obj`` have meshes"
 
 
 def attach() -> None:
