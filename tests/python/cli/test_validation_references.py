@@ -5,7 +5,16 @@ import pytest
 from scipy.integrate import solve_bvp, solve_ivp
 from scipy.special import jn_zeros
 
-from lissom.cli.evidence.validation import beams, exact, exact_lines, exact_space, lines
+from lissom.cli.evidence.validation import (
+    beams,
+    exact,
+    exact_frames,
+    exact_lines,
+    exact_space,
+    lines,
+    paths,
+    rotor,
+)
 from lissom.cli.evidence.validation.exact_lines import Line
 
 
@@ -122,6 +131,75 @@ class TestSpace:
 
     def test_shear_lowers_the_frequency(self):
         assert beams.let_go_exact().omega[0] / (2.0 * np.pi) == pytest.approx(3.5520, abs=1e-4)
+
+
+class TestFrames:
+    @pytest.mark.parametrize("frame", paths.FULL)
+    @pytest.mark.parametrize("point", [0, 1])
+    def test_lees_frame(self, frame, point):
+        """From the first foot: an initial value problem that ends at the other one."""
+        lee = exact_frames.LeeFrame(paths.LEG, paths.AT, follows=frame == "body")
+        angle, nx, nz, load = lee.at_limit(paths.STARTS[frame][point]) * [1.0, *[lee.leg.EI / 120.0**2] * 3]
+
+        def marched(y, length):
+            def rate(s, y):
+                _, _, angle, moment, nx, nz = y
+                stretch = 1.0 + (nx * np.cos(angle) + nz * np.sin(angle)) / lee.leg.EA
+                dx, dz = stretch * np.cos(angle), stretch * np.sin(angle)
+                return [dx, dz, moment / lee.leg.EI, nx * dz - nz * dx, 0.0, 0.0]
+
+            return solve_ivp(rate, (0.0, length), y, rtol=1e-9, atol=1e-7, method="DOP853").y[:, -1]
+
+        y = marched([0.0, 0.0, 0.5 * np.pi + angle, 0.0, nx, nz], 120.0) - [
+            0.0,
+            0.0,
+            0.5 * np.pi,
+            0.0,
+            0.0,
+            0.0,
+        ]
+        loaded = marched(y, paths.AT)
+        turn = loaded[2] if lee.follows else 0.0
+        after = loaded + load * np.array([0.0, 0.0, 0.0, 0.0, -np.sin(turn), np.cos(turn)])
+        end = marched(after, 120.0 - paths.AT)
+        np.testing.assert_allclose(end[:2], 120.0, rtol=1e-6)
+        assert end[3] * 120.0 / lee.leg.EI == pytest.approx(0.0, abs=1e-4)
+        assert lee.limit(paths.STARTS[frame][point])[0] == pytest.approx(load)
+
+    def test_a_limit_is_an_extremum(self):
+        """Of a parabola, whose load is the square of what leads along it."""
+        miss = lambda x: np.array([x[1] - 3.0 * x[0], x[2] - (2.0 - (x[0] - 0.7) ** 2)])  # noqa: E731
+        found = exact_frames.limit_point(miss, np.array([0.5, 1.0, 1.0]), 1e-2)
+        np.testing.assert_allclose(found, [0.7, 2.1, 2.0], atol=1e-5)
+
+    def test_bent_frame(self):
+        """Without load it hangs; small forces are those of linear theory."""
+        assert exact_frames.bent_frame(paths.BENT, 0.0) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+        force, leg = 1e-3, paths.BENT
+        left, up, _ = exact_frames.bent_frame(leg, force)
+        # The first leg bends by the moment F L, the second one by the force.
+        assert left == pytest.approx(-force * leg.length**3 / leg.EI * (1.0 + 1.0 / 3.0), rel=1e-3)
+        assert up == pytest.approx(-force * leg.length**3 / (2.0 * leg.EI), rel=1e-3)
+
+    def test_arch_sways_as_printed(self):
+        """Timoshenko and Gere (1961), table 7-2: k by the opening."""
+        for opening, printed in ((60.0, 8.62), (120.0, 4.37), (180.0, 3.00)):
+            k = np.sqrt(exact_frames.arch_sway(np.radians(opening)) + 1.0)
+            assert k == pytest.approx(printed, abs=6e-3)
+
+    def test_arch_that_is_loaded_a_little(self):
+        """The first limit is far above the pressure at which it sways."""
+        pressure, drop = paths.arch_limit()
+        assert pressure > exact_frames.arch_sway(paths.OPENING)
+        assert 0.0 < drop < 0.05
+
+
+def test_blade_on_a_hub():
+    """At the axis it is the blade of the power series; a hub stiffens it."""
+    found = [exact_space.hubbed_blade(1.0, 1.0, 1.0, hub, 6.0, 1)[0] for hub in (0.0, 0.1)]
+    assert found[0] == pytest.approx(exact.flapping_blade(6.0), rel=1e-9)
+    assert found[1] > found[0]
+    assert rotor.straight_wanted()[0] == pytest.approx(1.4872, abs=1e-4)
 
 
 def test_a_buoyant_line_is_a_mirrored_one():

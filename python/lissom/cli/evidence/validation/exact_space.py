@@ -7,10 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .exact import DIFFERENCE, MOST_STEPS, Array, bisect, chebyshev
+from .exact import DIFFERENCE, MOST_STEPS, Array, State, bisect, chebyshev
 
 #: Number of Runge-Kutta steps along a rod.
-STEPS_ALONG = 200
+STEPS_ALONG = 120
+
+#: Matrices hat(e) of the axes, as rows: hat(v) w = v x w.
+HATS = np.cross(np.eye(3)[:, None], np.eye(3)[None]).transpose(0, 2, 1).reshape(3, 9)
 
 
 def pushed_rod(
@@ -31,33 +34,36 @@ def pushed_rod(
     unloaded, n, wanted = np.array(curvature), np.array(force), np.array(moment)
     h = length / STEPS_ALONG
 
-    def slopes(state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+    def slopes(state: State) -> State:
         _, R, m = state
-        kappa = unloaded + np.einsum("kji,kj->ki", R, m) / bending
-        nu = np.array([1.0, 0.0, 0.0]) + np.einsum("kji,j->ki", R, n) / straining
-        dr = np.einsum("kij,kj->ki", R, nu)
-        return dr, np.cross(R, kappa[:, None, :]), -np.cross(dr, n)
+        kappa = unloaded + (m[:, None] @ R)[:, 0] / bending
+        nu = np.array([1.0, 0.0, 0.0]) + (n @ R) / straining
+        dr = (R @ nu[:, :, None])[..., 0]
+        # R' = R hat(kappa); the moment changes by -dr x n = n x dr = hat(n) dr.
+        return dr, R @ (kappa @ HATS).reshape(-1, 3, 3), dr @ (n @ HATS).reshape(3, 3).T
+
+    def moved(state: State, step: float, slope: State) -> State:
+        r, R, m = (y + step * k for y, k in zip(state, slope, strict=True))
+        return r, R, m
 
     def shoot(moments: Array) -> tuple[Array, Array]:
         count = len(moments)
-        state = (np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1)), moments)
+        state: State = (np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1)), moments)
         line = [state[0]]
         for _ in range(STEPS_ALONG):
             k1 = slopes(state)
-            k2 = slopes(tuple(y + 0.5 * h * k for y, k in zip(state, k1, strict=True)))  # type: ignore[arg-type]
-            k3 = slopes(tuple(y + 0.5 * h * k for y, k in zip(state, k2, strict=True)))  # type: ignore[arg-type]
-            k4 = slopes(tuple(y + h * k for y, k in zip(state, k3, strict=True)))  # type: ignore[arg-type]
-            state = tuple(  # type: ignore[assignment]
-                y + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)
-                for y, a, b, c, d in zip(state, k1, k2, k3, k4, strict=True)
-            )
+            k2 = slopes(moved(state, 0.5 * h, k1))
+            k3 = slopes(moved(state, 0.5 * h, k2))
+            k4 = slopes(moved(state, h, k3))
+            for k, weight in ((k1, 1.0), (k2, 2.0), (k3, 2.0), (k4, 1.0)):
+                state = moved(state, h * weight / 6.0, k)
             line.append(state[0])
         _, R, m = state
         applied = np.einsum("kij,j->ki", R, wanted) if follows else wanted
         return np.array(line), m - applied
 
     found = np.zeros(3)
-    for part in (0.25, 0.5, 0.75, 1.0):
+    for part in (0.5, 1.0):
         n, wanted = part * np.array(force), part * np.array(moment)
         for _ in range(MOST_STEPS):
             size = DIFFERENCE * max(1.0, float(np.abs(found).max()))
@@ -148,3 +154,24 @@ def clamped_motion(
     parts = np.linalg.solve(shapes, shape(x)[inner])
     middle = np.asarray(np.cos(np.outer(times, omega)) @ (shapes[degree // 2 - 1] * parts))
     return Vibration(x, shape(x), turn @ shape(x), middle, omega)
+
+
+def hubbed_blade(EI: float, mass: float, length: float, hub: float, speed: float, count: int) -> Array:
+    """Angular frequencies of flapping of a slender straight blade on a hub of radius ``hub`` that turns.
+
+    E I w'''' - (P w')' = w^2 rho A w with P = rho A speed^2 ((L^2 - x^2) / 2 + hub (L - x)), by Ritz's method
+    with x^2 times Legendre polynomials.
+    """
+    points, weights = np.polynomial.legendre.leggauss(60)
+    x, weights = 0.5 * length * (1.0 + points), 0.5 * length * weights
+    shapes = [
+        np.polynomial.Polynomial([0.0, 0.0, 1.0])
+        * np.polynomial.Legendre.basis(k, [0.0, length]).convert(kind=np.polynomial.Polynomial)
+        for k in range(12)
+    ]
+    w, slope, bend = (np.array([shape.deriv(order)(x) for shape in shapes]) for order in range(3))
+    pull = mass * speed**2 * (0.5 * (length**2 - x**2) + hub * (length - x))
+    inertia = (mass * weights * w) @ w.T
+    stiffness = (EI * weights * bend) @ bend.T + (pull * weights * slope) @ slope.T
+    root = np.linalg.inv(np.linalg.cholesky(inertia))
+    return np.asarray(np.sqrt(np.linalg.eigvalsh(root @ stiffness @ root.T)[:count]))

@@ -47,10 +47,11 @@ def robot(
     section: Section,
     *,
     segments: int = SEGMENTS,
+    bends: int = BENDS,
     contacts: tuple[Contact, ...] = (),
 ) -> Robot:
     """A line from a hinge at the origin to a hook, in the plane of x and z."""
-    strains = {"bend_y": BENDS}
+    strains = {"bend_y": bends}
     if abs(line.weight) * line.length * STIFF > line.EA:
         strains["stretch"] = STRETCHES
     rod = [Segment(line.length / segments, section=section, modes=strains)] * segments
@@ -171,8 +172,8 @@ def moored(number: int) -> Answer:
     )
 
 
-#: A floor under a line: radius of the line, m, stiffness, N/m^2, and segments.
-FLOOR_RADIUS, FLOOR_STIFFNESS, FLOOR_SEGMENTS = 0.1, 1e6, 20
+#: A floor under a line: radius of the line, m, stiffness, N/m^2, segments and their modes.
+FLOOR_RADIUS, FLOOR_STIFFNESS, FLOOR_SEGMENTS, FLOOR_BENDS = 0.1, 1e6, 10, 6
 
 
 def rested(line: Line) -> tuple[Robot, StaticsResult, Array]:
@@ -185,7 +186,7 @@ def rested(line: Line) -> tuple[Robot, StaticsResult, Array]:
     height = line.weight / FLOOR_STIFFNESS - FLOOR_RADIUS
     contact = Contact(NAME, HalfSpace((0.0, 0.0, height)), stiffness=FLOOR_STIFFNESS, name="floor")
     section = section_of(line, BENDING * line.weight * line.length**3, FLOOR_RADIUS)
-    model = robot(line, section, segments=FLOOR_SEGMENTS, contacts=(contact,))
+    model = robot(line, section, segments=FLOOR_SEGMENTS, bends=FLOOR_BENDS, contacts=(contact,))
     found = settled(model, x, z, s)
     return model, found, end_forces(model, found.q)
 
