@@ -20,6 +20,7 @@ extensions = [
     "accessible",
     "benchmark_numbers",
     "mathml",
+    "scene_reports",
 ]
 exclude_patterns = ["pictures", "extensions", "**/.ipynb_checkpoints"]
 
@@ -44,9 +45,11 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 html_theme = "furo"
-html_title = "lissom"
+html_title = f"lissom {version}"
+html_favicon = "static/favicon.svg"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = [("gallery.js", {"defer": "defer"})]
 html_show_sphinx = False
 html_show_copyright = False
 html_math_renderer = "mathml"

@@ -451,6 +451,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "paused": "True",
         "ranges": "{}",
         "block": "False",
+        "dark": "True",
     },
     "Simulations.step": {"self": "v.simulations()", "u": _a(), "duration": "0.01"},
     "Simulations.reset": {
