@@ -13,7 +13,9 @@ from lissom.cli.evidence.validation import (
     exact_space,
     lines,
     paths,
+    rotation,
     rotor,
+    turbine,
 )
 from lissom.cli.evidence.validation.exact_lines import Line
 
@@ -74,6 +76,18 @@ class TestLines:
         H, V, _, z = exact_lines.stiff_cable(line, lines.ROPE_BENDING)
         np.testing.assert_allclose(found.p, [H, V], rtol=1e-7)
         assert found.sol(0.5)[1] == pytest.approx(z[len(z) // 2], rel=1e-7)
+
+    def test_pressed_cable(self):
+        """Without a load it is a half of the whole cable; loads move it by what they do."""
+        line = lines.rope(0.8)
+        _, x, z = exact_lines.pressed_cable(line, lines.ROPE_BENDING, 0.0)
+        *_, whole = exact_lines.stiff_cable(line, lines.ROPE_BENDING)
+        assert (x[-1], z[-1]) == pytest.approx((0.4, whole[len(whole) // 2]), rel=1e-9)
+        low, high, force = lines.crossing_exact()
+        assert high - low == pytest.approx(2.0 * lines.ROPE_RADIUS)
+        assert exact_lines.pressed_cable(line, lines.ROPE_BENDING, force)[2][-1] == pytest.approx(low)
+        lifted = exact_lines.pressed_cable(line, lines.ROPE_BENDING, -force)[2][-1]
+        assert lifted - lines.DROP == pytest.approx(high)
 
     def test_cable_without_bending_is_a_chain(self):
         omega = exact_lines.swinging_cable(1.0, 1e12, 1e-7, 0.1, 0.0, 9.81, degree=120)
@@ -192,6 +206,30 @@ class TestFrames:
         pressure, drop = paths.arch_limit()
         assert pressure > exact_frames.arch_sway(paths.OPENING)
         assert 0.0 < drop < 0.05
+
+
+def test_the_turbine_is_closed():
+    """Blades and struts meet where they are welded, and it weighs what its parts weigh."""
+    model = turbine.turbine(0.0)
+    q = np.zeros(model.n)
+    assert np.abs(model.loop_gaps(q, t=0.0)).max() < 1e-5
+    still = np.zeros(model.n)
+    steps = np.hypot(*np.diff(turbine.SHAPE, axis=0).T)
+    heights = 0.5 * (turbine.SHAPE[1:, 1] + turbine.SHAPE[:-1, 1])
+    masses = np.array([146.781, 87.3025, 69.3173])
+    blade = steps @ masses[[turbine.ORDER[i] for i in np.searchsorted(turbine.CHANGES, heights)]]
+    struts = 2.0 * masses[0] * (turbine.SHAPE[1, 0] + turbine.SHAPE[-2, 0])
+    weight = 9.81 * (330.755 * turbine.HEIGHT + 2.0 * blade + struts)
+    assert abs(model.base_wrench(q, still, still, t=0.0)[5]) == pytest.approx(weight, rel=1e-6)
+
+
+def test_whirls_are_those_at_rest_in_turning_axes():
+    slow, fast = rotation.wanted_whirls().reshape(2, -1)
+    first, second = exact.cantilever_roots(2) ** 2
+    assert slow == pytest.approx([0.5 * first, 1.5 * first, second - 0.5 * first, second + 0.5 * first])
+    assert fast == pytest.approx(
+        sorted([2.0 * first, 4.0 * first, second - 3.0 * first, second + 3.0 * first])
+    )
 
 
 def test_blade_on_a_hub():

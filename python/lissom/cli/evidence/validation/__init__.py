@@ -24,6 +24,7 @@ from . import (
     rotor,
     statics,
     supports,
+    turbine,
 )
 from .case import Case, Outcome, run
 
@@ -41,6 +42,7 @@ CASES: tuple[Case, ...] = (
     *dynamics.CASES,
     *rotation.CASES,
     *rotor.CASES,
+    *turbine.CASES,
     *frame.CASES,
     *peers.CASES,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from typing import Literal
 
@@ -36,6 +37,26 @@ from .statics import planar_points, planar_tip
 THEME = "Beams of other test suites"
 
 BEAM = "beam"
+
+# Cantilever of the benchmark
+
+#: cosseratbench: L = 1 m, radius 20 mm, E = 3 G = 1 MPa, a force of 7.5e-3 N.
+SMALL_RADIUS, SMALL_YOUNG, SMALL_FORCE = 0.02, 1e6, 7.5e-3
+SMALL_BENDING = SMALL_YOUNG * np.pi / 4.0 * SMALL_RADIUS**4
+
+
+def small() -> Answer:
+    """Deflection of the tip; the rod can stretch and shear."""
+    strains = {"bend_y": 6, "stretch": 2, "shear_z": 4}
+    segment = Segment(1.0, SMALL_RADIUS, SMALL_YOUNG, SMALL_YOUNG / 3.0, 1000.0, strains)
+    rod = Rod([segment], gravity=WEIGHTLESS, tip_force=(0.0, 0.0, -SMALL_FORCE))
+    x = np.linspace(0.0, 1.0, 21)
+    linear = -SMALL_FORCE * x**2 * (3.0 - x) / (6.0 * SMALL_BENDING)
+    answer = at_rest(
+        [("lissom", rod)], lambda rod, q: -tip(rod, q)[2], lambda: [("linear theory", x, linear)]
+    )
+    return replace(answer, plot=lambda: replace(answer.plot(), to_scale=False))
+
 
 # Soft in shear
 
@@ -470,6 +491,20 @@ def heavy() -> Answer:
 
 
 CASES = (
+    Case(
+        "Cantilever, small force",
+        THEME,
+        "The cantilever of the benchmark cosseratbench: L = 1 m, radius 20 mm, E = 1 MPa, a force of 7.5 "
+        "mN at its tip. "
+        "Linear theory leaves out shear and the square of the slope, which are below 1e-3.",
+        "F L³ / (3 E I)",
+        "exact",
+        "deflection of the tip (m)",
+        lambda: [SMALL_FORCE / (3.0 * SMALL_BENDING)],
+        small,
+        1e-3,
+        others="in a simulation with 20 elements PyElastica 7.3e-2, MuJoCo 7.4e-2",
+    ),
     Case(
         "Soft in shear",
         THEME,

@@ -130,6 +130,7 @@ class Outcome:
             "case": case.name,
             "theme": case.theme,
             "source": case.source,
+            "others": case.others,
             "origin": case.origin,
             "quantity": case.quantity,
             "wanted": self.wanted.tolist(),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .exact import SMALL_STEP, Array, chebyshev, newton
+from .exact import SMALL_STEP, Array, bisect, chebyshev, newton
 
 #: Relative increments of differences, and largest relative steps of Newton's method for end forces.
 FORCE_STEP = 1e-7
@@ -171,3 +171,49 @@ def swinging_cable(
     fill[ends] = others
     squares = 1.0 / np.linalg.eigvals(np.linalg.solve((stiffness @ fill)[inner], (inertia @ fill)[inner]))
     return np.asarray(np.sqrt(np.sort(squares.real[squares.real > 0.0])))
+
+
+def pressed_cable(line: Line, bending: float, load: float, degree: int = 60) -> tuple[Array, Array, Array]:
+    """Half of a cable between two hooks of equal height with a load at its middle: s, x and z from the hook.
+
+    As `stiff_cable`, but symmetric, so that the middle is level; the load presses down.
+    """
+    nodes, derivative = chebyshev(degree)
+    half = 0.5 * line.length
+    s = 0.5 * half * (1.0 + nodes)
+    D = derivative * 2.0 / half
+    integral = np.zeros_like(D)
+    integral[1:, 1:] = np.linalg.inv(D[1:, 1:])
+    size = line.weight * line.length
+    up = -0.5 * load - line.weight * (half - s)
+
+    def slopes(unknown: Array) -> tuple[Array, Array, Array]:
+        angle, H = unknown[:-1], size * unknown[-1]
+        stretch = 1.0 + (H * np.cos(angle) + up * np.sin(angle)) / line.EA
+        return stretch * np.cos(angle), stretch * np.sin(angle), H + 0.0 * s
+
+    def residual(unknown: Array) -> Array:
+        dx, dz, nx = slopes(unknown)
+        bend = bending * (D @ unknown[:-1])
+        balance = (D @ bend + dx * up - dz * nx) / size
+        balance[0], balance[-1] = bend[0] / (size * line.length), unknown[-2]
+        return np.append(balance, ((integral @ dx)[-1] - 0.5 * line.x) / line.length)
+
+    H, _ = hanging(line)
+    dx, dz, _ = slopes(newton(residual, np.append(np.arctan2(up, H), H / size)))
+    return s, integral @ dx, integral @ dz
+
+
+def crossing_cables(line: Line, bending: float, drop: float, distance: float) -> tuple[float, float, float]:
+    """Heights of the middles of two equal cables that cross at right angles, and the force between them.
+
+    The hooks of the second one are by ``drop`` lower, but it lies on the first one, ``distance`` above it.
+    """
+
+    def gap(load: float) -> float:
+        return float(pressed_cable(line, bending, -load)[2][-1] - pressed_cable(line, bending, load)[2][-1])
+
+    # Up to where the load is still small enough for the start of the collocation.
+    load = bisect(lambda load: gap(load) - drop - distance, 0.0, 0.36 * line.weight * line.length)
+    low = float(pressed_cable(line, bending, load)[2][-1])
+    return low, low + distance, load

@@ -64,6 +64,15 @@ No easier case is substituted silently.
   drawings only, so that these cases stand beside the same equations solved by other means and by another
   code. (The points that AeroBeams has under "rightAngledFrame" are of another frame, the bent one above.)
 - Why the first mode of the rotor was measured 8 to 10 % above every theory that is here.
+- Other modes of the turbine. Blades on edge were measured at 1.81 Hz at rest, falling to 1.57 Hz; lissom has
+  1.56 and 1.72 Hz, rising to 1.60 and 1.74 Hz. The tower's 2.5 Hz are not there at all: its top is held
+  rigidly, and that of the real one by cables. The masses of its blades, as GXBeam has them, have their offset
+  across the blade, which makes their matrix indefinite; here it is along the chord.
+- A rope on a drum that friction holds, plies and knots with friction: equilibria are without friction, and
+  motions until rest take minutes. [Peers](peers.md) has the drum as a motion.
+- The flexible jumper of Lowe and Langley and the motions of MoorDyn's chains: only their equilibria are here.
+- The helical tendon robot of Lorenzen, Fabiansen and Møller (Aarhus 2026): its data (Apache 2.0) are pixels
+  of two cameras; neither the cameras' calibration nor the tendons' lengths by row are among them.
 
 The cases beside PyElastica need it (`pip install pyelastica`, which takes 20 s to compile itself when it is
 used first) and are left out where it is not installed. How long both take has its own benchmark:
