@@ -77,7 +77,17 @@ def test_what_is_compiled_imports_no_other_module(name, tmp_path):
     found = loaded(f"import lissom; lissom.{name}", cwd=tmp_path)
     assert of_package(found) == {
         "lissom",
-        *(f"lissom.{m}" for m in ("_lissom", "attached", "attached.texts", "common", "common.arguments")),
+        *(
+            f"lissom.{m}"
+            for m in (
+                "_lissom",
+                "attached",
+                "attached.models",
+                "attached.texts",
+                "common",
+                "common.arguments",
+            )
+        ),
         *(f"lissom.{m}" for m in ("analysis", "analysis.base")),
     }
     assert found & HEAVY == set()
