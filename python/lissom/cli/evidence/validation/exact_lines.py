@@ -175,7 +175,7 @@ def swinging_cable(
     return np.asarray(np.sqrt(np.sort(squares.real[squares.real > 0.0])))
 
 
-def pressed_cable(line: Line, bending: float, load: float, degree: int = 60) -> tuple[Array, Array, Array]:
+def pressed_cable(line: Line, bending: float, load: float, degree: int = 40) -> tuple[Array, Array, Array]:
     """Half of a cable between two hooks of equal height with a load at its middle: s, x and z from the hook.
 
     As `stiff_cable`, but symmetric, so that the middle is level; the load presses down.
