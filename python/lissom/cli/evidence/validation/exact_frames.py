@@ -10,7 +10,7 @@ import numpy as np
 from .exact import DIFFERENCE, MOST_STEPS, Array, bisect
 
 #: Number of Runge-Kutta steps along a leg: twice as many change no digit of the gallery.
-STEPS = 80
+STEPS = 60
 #: Relative change with which Newton's method ends, and part of the first step with which secants end: a load
 #: is
 #: extremal, and right to the square of that.

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .exact import SMALL_STEP, Array, bisect, chebyshev, newton
+from .exact import SMALL_STEP, Array, chebyshev, newton
 
 #: Relative increments of differences, and largest relative steps of Newton's method for end forces.
 FORCE_STEP = 1e-7
 LARGEST_PART = 0.5
+#: Start for the force between cables that cross, in units of their weight.
+CROSSING_START = 0.3
 
 
 @dataclass(frozen=True)
@@ -173,7 +175,7 @@ def swinging_cable(
     return np.asarray(np.sqrt(np.sort(squares.real[squares.real > 0.0])))
 
 
-def pressed_cable(line: Line, bending: float, load: float, degree: int = 60) -> tuple[Array, Array, Array]:
+def pressed_cable(line: Line, bending: float, load: float, degree: int = 40) -> tuple[Array, Array, Array]:
     """Half of a cable between two hooks of equal height with a load at its middle: s, x and z from the hook.
 
     As `stiff_cable`, but symmetric, so that the middle is level; the load presses down.
@@ -210,10 +212,12 @@ def crossing_cables(line: Line, bending: float, drop: float, distance: float) ->
     The hooks of the second one are by ``drop`` lower, but it lies on the first one, ``distance`` above it.
     """
 
-    def gap(load: float) -> float:
-        return float(pressed_cable(line, bending, -load)[2][-1] - pressed_cable(line, bending, load)[2][-1])
+    size = line.weight * line.length
 
-    # Up to where the load is still small enough for the start of the collocation.
-    load = bisect(lambda load: gap(load) - drop - distance, 0.0, 0.36 * line.weight * line.length)
+    def miss(load: Array) -> Array:
+        middles = [pressed_cable(line, bending, sign * size * float(load[0]))[2][-1] for sign in (1.0, -1.0)]
+        return np.array([(middles[1] - middles[0] - drop - distance) / line.length])
+
+    load = size * float(newton(miss, np.array([CROSSING_START]))[0])
     low = float(pressed_cable(line, bending, load)[2][-1])
     return low, low + distance, load

@@ -90,7 +90,7 @@ def twisted_under_tension(tension: float) -> float:
 
     # The root lies between that without tension and the limit 2 sqrt(T) of a long rod, and above both.
     low = max(4.0, float(np.sqrt(tension)) * (1.0 + 1e-6))
-    grid = np.linspace(low, low + 10.0, 2001)
+    grid = np.linspace(low, low + 10.0, 501)
     signs = np.array([equation(float(a)) for a in grid]) > 0.0
     first = int(np.flatnonzero(signs[1:] != signs[:-1])[0])
     return 2.0 * bisect(equation, float(grid[first]), float(grid[first + 1]))

@@ -37,7 +37,7 @@ POINTS = 401
 #: much, in units of the weight.
 BENDING = 1e-8
 #: Segments of a line, and modes of bending and stretch of each.
-SEGMENTS, BENDS, STRETCHES = 20, 4, 2
+SEGMENTS, BENDS, STRETCHES = 12, 5, 2
 #: Above this stiffness, relative to the weight, stretch changes no digit.
 STIFF = 1e7
 
@@ -273,7 +273,7 @@ def ropes(bending: float) -> Answer:
 #: into each
 #: other.
 DROP, CROSSING_STIFFNESS = 0.1, 1e7
-CROSSING_SPAN, CROSSING_SEGMENTS, CROSSING_BENDS = 0.8, 8, 6
+CROSSING_SPAN, CROSSING_SEGMENTS, CROSSING_BENDS = 0.8, 6, 6
 
 
 @cache
