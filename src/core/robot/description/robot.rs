@@ -234,21 +234,26 @@ impl Robot {
         Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
     }
 
-    /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there: radii of gyration,
-    /// balls, tendons; then how far it can go; one if nothing tells any.
+    /// Largest distance of stretched-out links and bodies from the first joint or rod that moves them, in metres; if this is zero, the
+    /// size of what is there: radii of gyration, balls, tendons; then how far it can go; one if nothing tells any.
     pub fn length(&self) -> f64 {
-        let mut starts: Vec<f64> = Vec::with_capacity(self.links.len());
-        let mut longest = 0.0_f64;
+        let (mut starts, mut moves): (Vec<f64>, Vec<bool>) = (Vec::new(), Vec::new());
         for link in &self.links {
-            let start = link.parent.map_or(0.0, |parent| starts[parent] + self.way_to(link));
-            // A centre that is rounding of whoever computed it says nothing about sizes.
-            let of_body = link.body.as_ref().map_or(0.0, |body| {
-                let centre = size(body.centre);
-                if centre > ROUNDING * body.radius_of_gyration() { centre } else { 0.0 }
-            });
-            starts.push(start);
-            longest = longest.max(start + link.length().max(of_body));
+            let carrier = link.parent.filter(|&parent| moves[parent]);
+            starts.push(carrier.map_or(0.0, |parent| starts[parent] + self.way_to(link)));
+            moves.push(carrier.is_some() || link.coordinates() > 0 || link.driven.is_some());
         }
+        let of_links = self.links.iter().enumerate().map(|(i, link)| (i, link.length()));
+        let of_bodies = self.all_bodies().map(|body| {
+            let centre = size(body.centre);
+            // A centre that is rounding of whoever computed it says nothing about sizes.
+            let beside = if centre > ROUNDING * body.radius_of_gyration() { centre } else { 0.0 };
+            (body.link, body.at.unwrap_or(self.links[body.link].length()) + beside)
+        });
+        let extents: Vec<(usize, f64)> = of_links.chain(of_bodies).collect();
+        let is_any_moving = moves.contains(&true);
+        let counted = extents.iter().filter(|&&(link, _)| moves[link] || !is_any_moving);
+        let longest = counted.map(|&(link, extent)| starts[link] + extent).fold(0.0, f64::max);
         let known = [longest, self.breadth(), self.travel()].into_iter().find(|length| *length > 0.0);
         known.unwrap_or(1.0)
     }
