@@ -10,7 +10,7 @@ use crate::numerics::roots::bracket::{Point, find_zero};
 use crate::numerics::tape::Tape;
 
 /// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
-/// in long steps, and their looks need no tensions.
+/// in long steps, and their looks need no tensions. Steps of fixed size follow what is smooth by their ends.
 const LOOKS: usize = 4;
 const LOOKS_WITHOUT_TENSION: usize = 16;
 
@@ -28,11 +28,15 @@ const MOST_CORRECTIONS: usize = 8;
 
 /// If a taut tendon misses its length by more than this within a step, in the same units, the step
 /// is too long for the prescribed length.
-const ASTRAY: f64 = 1e-3;
+pub(super) const ASTRAY: f64 = 1e-3;
 
 /// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, are chattering.
 const QUICK: f64 = 1e-6;
 const MOST_QUICK: usize = 100;
+
+/// Over the rest of a step of fixed size tendons pull or do not where they have changed more often within its time than that, for each of
+/// them: a plate that rocks on two cords comes to rest by infinitely many impacts.
+const MOST_IN_A_STEP: usize = 10;
 
 /// A one-sided constraint becomes active or inactive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,12 +70,20 @@ pub(super) struct Changes {
     pub(super) has_begun: bool,
     /// Set if the active set changes at the current state; the constraint inside, if any, is released.
     pub(super) due: Option<Option<usize>>,
+    /// Set if lengths jump over the next step of fixed size, or did over the last one.
+    pub(super) jumps: bool,
+    pub(super) has_jumped: bool,
+    /// How far a tendon was longer than its length at the end of such a step at most, in units of the length of what it joins, and when.
+    pub(super) missed: Option<(f64, f64)>,
     /// Energy lost in changes and work done in them since they were last taken.
     pub(super) flow: Option<[f64; 2]>,
     /// Time of the last change, and the number of quick changes in a row.
     last: f64,
     quick: usize,
-    largest_tension: f64,
+    /// The first change within the time of a step of fixed size, and the number of changes since.
+    first: f64,
+    crowd: usize,
+    pub(super) largest_tension: f64,
 }
 
 /// How close the constraints are to a change at a given time.
@@ -96,9 +108,14 @@ impl Changes {
             t_span,
             has_begun: false,
             due: None,
+            jumps: false,
+            has_jumped: false,
+            missed: None,
             flow: None,
             last: f64::NEG_INFINITY,
             quick: 0,
+            first: f64::NEG_INFINITY,
+            crowd: 0,
             largest_tension: 0.0,
         }
     }
@@ -112,6 +129,15 @@ impl Changes {
         let before = self.flow.unwrap_or_default();
         self.flow = Some([before[0] + flow[0], before[1] + flow[1]]);
         self.quick <= MOST_QUICK
+    }
+
+    /// Whether so many changes follow each other within this time that a step of it does not resolve them, this one included.
+    pub(super) fn is_crowded(&mut self, t: f64, dt: f64, constraints: usize) -> bool {
+        if t - self.first > dt {
+            (self.first, self.crowd) = (t, 0);
+        }
+        self.crowd += 1;
+        self.crowd > MOST_IN_A_STEP * (constraints + 1)
     }
 
     /// Examines a state of the last step. Allocates.
@@ -150,8 +176,18 @@ impl Changes {
         let mut due = self.due.map(number);
         tape.optional(&mut due, 0, Tape::count);
         self.due = due.map(|due| due.checked_sub(1));
-        tape.number(&mut self.last);
-        tape.count(&mut self.quick);
+        tape.flag(&mut self.jumps);
+        tape.flag(&mut self.has_jumped);
+        tape.optional(&mut self.missed, (0.0, 0.0), |tape, (by, t)| {
+            tape.number(by);
+            tape.number(t);
+        });
+        for number in [&mut self.last, &mut self.first] {
+            tape.number(number);
+        }
+        for count in [&mut self.quick, &mut self.crowd] {
+            tape.count(count);
+        }
         tape.number(&mut self.largest_tension);
         let mut held = model.held();
         held.iter_mut().for_each(|is_held| tape.flag(is_held));
@@ -169,10 +205,11 @@ impl Changes {
 pub(super) fn judge(
     [t_old, t]: [f64; 2],
     t_end: f64,
+    is_fixed: bool,
     planned: Option<(Event, usize)>,
     look: &mut Looks<'_>,
 ) -> Result<Verdict, Interrupted> {
-    let (found, end) = search([t_old, t], look)?;
+    let (found, end) = search([t_old, t], is_fixed, look)?;
     let (planned, corrections) = planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
     let planned = planned.filter(|event| event.t == t);
     let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
@@ -204,13 +241,21 @@ pub(super) fn judge(
 }
 
 /// The first event in a step, and the constraints at its end.
-fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, Look), Interrupted> {
+fn search(
+    [t_old, t]: [f64; 2],
+    is_fixed: bool,
+    look: &mut Looks<'_>,
+) -> Result<(Option<Event>, Look), Interrupted> {
     let mut before = look(t_old)?;
     if before.nearest.value > 0.0 {
         let event = before.event();
         return Ok((Some(event), before));
     }
-    let looks = if before.held.contains(&true) { LOOKS } else { LOOKS_WITHOUT_TENSION };
+    let looks = match before.held.contains(&true) {
+        _ if is_fixed => 1,
+        true => LOOKS,
+        false => LOOKS_WITHOUT_TENSION,
+    };
     for k in 1..=looks {
         let time = if k == looks { t } else { t_old + (t - t_old) * (k as f64 / looks as f64) };
         let mut after = look(time)?;
@@ -289,7 +334,7 @@ mod tests {
             let passed = vec![excess(t)];
             Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed, &[1.0]))
         };
-        judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+        judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
     }
 
     #[test]
@@ -322,7 +367,7 @@ mod tests {
     fn steps_end_where_a_taut_tendon_would_push() {
         let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
             let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
-            judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+            judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
         };
         assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);
         let Verdict::EndAt(event) = judge_taut(0.0, [0.0, 3.0], None) else { panic!("it would push") };
