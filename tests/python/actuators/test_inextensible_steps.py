@@ -95,9 +95,32 @@ def test_chains_on_ropes_have_order_two(n):
 
 def test_bodies_on_cords_have_order_two():
     """Dozens of impacts each."""
-    errors = np.array([errors_of(*body_on_cords(seed), (4e-3, 1e-3)) for seed in range(12)])
-    assert np.median(errors[:, 0] / errors[:, 1]) > 10.0
-    assert np.median(errors[:, 1]) < 1e-4
+    errors = np.array([errors_of(*body_on_cords(seed), (2e-3, 5e-4)) for seed in range(24)])
+    assert np.median(errors[:, 0] / errors[:, 1]) > 13.0
+    assert np.median(errors[:, 1]) < 5e-6
+    assert errors[:, 1].max() < 5e-5
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_adaptive_steps_end_at_changes(rtol):
+    end, lost = fallen(0.3, 0.6)
+    motion = lissom.simulate(bob(), 0.6, adaptive=True, rtol=rtol, atol=1e-2 * rtol, **place(0.3, 0.0))
+    assert motion.success, motion.message
+    assert np.hypot(*(motion.q[-1][[0, 2]] - end)) < 10 * rtol
+    assert motion.balance.dissipated[-1] == pytest.approx(lost, rel=1e-6)
+    assert np.hypot(motion.q[:, 0], motion.q[:, 2]).max() < ROPE + 1e-9
+
+
+def test_bodies_on_cords_in_adaptive_steps():
+    errors = []
+    for seed in range(8):
+        robot, start = body_on_cords(seed)
+        grid = np.linspace(0, 0.5, 11)
+        wanted = run(robot, 0.5, "radau", 1e-9, t_eval=grid, **start)
+        motion = lissom.simulate(robot, 0.5, adaptive=True, rtol=1e-5, atol=1e-7, t_eval=grid, **start)
+        assert motion.success, motion.message
+        errors.append(np.abs(motion.q[:, :3] - wanted.q[:, :3]).max())
+    assert max(errors) < 5e-4
 
 
 # Lengths that jump
@@ -115,6 +138,7 @@ def test_a_rope_that_is_let_out_at_once_does_not_push(dt):
     assert radii.max() == pytest.approx(1.2 * ROPE, abs=1e-8)
 
 
+@pytest.mark.filterwarnings("ignore:Between:lissom.AccuracyWarning")
 @pytest.mark.parametrize("dt", [1e-3, 1e-2])
 def test_a_rope_that_is_taken_in_at_once_is_followed_within_a_step(dt):
     robot = bob(rope(lambda t: ROPE if t < 0.1 else 0.9 * ROPE))
@@ -122,25 +146,37 @@ def test_a_rope_that_is_taken_in_at_once_is_followed_within_a_step(dt):
     assert motion.success, motion.message
     radii = np.hypot(motion.q[:, 0], motion.q[:, 2])
     np.testing.assert_allclose(radii[motion.t < 0.1 - dt / 2], ROPE, atol=1e-9)
-    assert radii[motion.t > 0.1 + dt / 2].max() < 0.9 * ROPE + 1e-9
+    np.testing.assert_allclose(radii[motion.t > 0.1 + dt / 2], 0.9 * ROPE, atol=1e-9)
+    # What moves it there in no time does not throw it.
+    np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)
 
 
 def test_lengths_that_are_lowered_from_step_to_step_move_the_load_smoothly():
-    """The rope stays taut, and its load has the velocity of the winch."""
+    """The load falls behind the winch, and has its velocity once it has come to the end of the rope."""
     robot = bob(rope(lissom.Input("length", ROPE)))
     speed, dt = 0.1, 1e-3
-    simulation = lissom.Simulation(robot, dt=dt, **place(0, -ROPE, 0, -speed))
+    simulation = lissom.Simulation(robot, dt=dt, **place(0, -ROPE))
     for k in range(1, 101):
         simulation.step([ROPE + speed * dt * k])
-        assert simulation.q[2] == pytest.approx(-ROPE - speed * dt * k, abs=1e-9)
-        assert simulation.v[2] == pytest.approx(-speed, rel=1e-6)
+        if k > 30:
+            assert simulation.q[2] == pytest.approx(-ROPE - speed * dt * k, abs=1e-9)
+            assert simulation.v[2] == pytest.approx(-speed, rel=1e-3)
     again = pickle.loads(pickle.dumps(simulation))
-    # Stopped, the rope takes the velocity out at once.
+    # Where the winch stops, the rope stops the load.
     for other in (simulation, again):
-        other.step([ROPE + 0.01])
-        other.step([ROPE + 0.01])
+        for _ in range(2):
+            other.step([ROPE + 0.01])
         np.testing.assert_allclose(other.v, 0.0, atol=1e-9)
+        assert other.q[2] == pytest.approx(-ROPE - 0.01, abs=1e-9)
     np.testing.assert_array_equal(simulation.q, again.q)
+
+
+def test_lengths_that_are_lowered_faster_than_the_load_falls_leave_the_rope_slack():
+    robot = bob(rope(lissom.Input("length", ROPE)))
+    simulation = lissom.Simulation(robot, dt=1e-3, **place(0, -ROPE))
+    for k in range(1, 51):
+        simulation.step([ROPE + 5e-3 * k])
+    assert simulation.q[2] == pytest.approx(-ROPE - G / 2 * 0.05**2, abs=1e-9)
 
 
 def test_lengths_that_conflict_on_the_way_end_a_run():

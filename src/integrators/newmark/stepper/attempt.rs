@@ -114,12 +114,14 @@ impl<V: Numbers> StepperOf<V> {
         even_singular: bool,
     ) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &mut self.trial;
-        let model = model_at(system, *t)?;
+        // Where a length that is told has a corner, this step fits what is told before.
+        let before = if self.is_one_sided { t.next_down() } else { *t };
+        let model = model_at(system, before)?;
         let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
         let is_regular = projection::fit_velocities(model, q, &mut fitted).is_ok_and(|fit| {
             (even_singular || !fit.is_nearly_singular()) && fitted.iter().all(|v| v.is_finite())
         });
-        if !is_regular || constrained_start(model, *t, q, &fitted, &mut found)?.is_err() {
+        if !is_regular || constrained_start(model, before, q, &fitted, &mut found)?.is_err() {
             return Ok(false);
         }
         v.copy_from_slice(&fitted);

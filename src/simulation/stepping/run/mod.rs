@@ -37,6 +37,8 @@ pub struct Run<M> {
     /// End times of single steps.
     grid: Grid,
     inputs: Vec<f64>,
+    /// Those before the last jump.
+    inputs_before: Vec<f64>,
     inputs_have_jumped: bool,
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
@@ -111,6 +113,7 @@ impl<M: Model> Run<M> {
             dt,
             known,
             grid: Grid::new(t_span.0, dt),
+            inputs_before: inputs.clone(),
             inputs,
             inputs_have_jumped: false,
             jumped: vec![0.0; n],
@@ -183,6 +186,9 @@ impl<M: Model> Run<M> {
     /// If their number differs from the number of the model's inputs.
     pub fn set_inputs(&mut self, inputs: &[f64]) {
         if self.inputs != inputs {
+            if !self.inputs_have_jumped {
+                self.inputs_before.copy_from_slice(&self.inputs);
+            }
             self.inputs.copy_from_slice(inputs);
             self.integrator.model().set_inputs(inputs);
             self.inputs_have_jumped = true;
@@ -604,6 +610,7 @@ impl<M: Model> Run<M> {
 
     fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.inputs);
+        tape.numbers(&mut self.inputs_before);
         tape.flag(&mut self.inputs_have_jumped);
         tape.optional(&mut self.jumped_at, 0.0, Tape::number);
         self.grid.serialise(tape);

@@ -10,7 +10,7 @@ use crate::error::Interrupted;
 use crate::integrators::newmark::Lengths;
 use crate::integrators::second_order::Failure;
 use crate::model::Model;
-use crate::model::constraint::one_sided::{self, SHOWS, TAUT, Unsettled};
+use crate::model::constraint::one_sided::{self, Unsettled};
 use crate::simulation::balance::State;
 
 /// A step of this part of the interval is not shortened further if a taut tendon misses its length: the length jumps.
@@ -90,17 +90,20 @@ impl<M: Model> Run<M> {
         }
     }
 
-    /// Whether the next step is of fixed size and begins where taut tendons have not the lengths that were set, or slack ones are too long.
+    /// Whether the next step is of fixed size and lengths have jumped with the inputs.
     pub(super) fn lengths_jump(&mut self) -> Result<bool, Interrupted> {
-        let Self { integrator, changes: Some(changes), .. } = self else { return Ok(false) };
+        let Self { integrator, changes: Some(changes), inputs, inputs_before, .. } = self else {
+            return Ok(false);
+        };
         if integrator.pulls().is_none() {
             return Ok(false);
         }
-        let is_off = |(&is_held, [by, _]): (&bool, [f64; 2])| by > TAUT || is_held && by.abs() > SHOWS;
-        changes.jumps = integrator.observe(|model, state| {
-            model.set_time(state.t)?;
-            let passed = model.passed(state.q, state.v);
-            Ok(held_tendons(model, passed.len()).iter().zip(passed).any(is_off))
+        changes.jumps = integrator.observe(|model, State { t, q, v, .. }| {
+            model.set_inputs(inputs_before);
+            let before = model.set_time(t).map(|()| model.passed(q, v));
+            model.set_inputs(inputs);
+            model.set_time(t)?;
+            Ok(before? != model.passed(q, v))
         })?;
         if changes.jumps {
             changes.due = None;
@@ -108,21 +111,29 @@ impl<M: Model> Run<M> {
         Ok(changes.jumps)
     }
 
-    /// Makes a step of fixed size over which lengths jump, with the active set that fits best.
+    /// Makes a step of fixed size over which lengths jump, with the active set that fits best: without memory if a slack tendon becomes
+    /// taut.
     pub(super) fn step_over_jump(&mut self) -> Result<Option<Status>, Interrupted> {
         let start = self.integrator.observe(|model, State { q, v, .. }| {
             let tendons = model.passed(q, v).len();
             held_tendons(model, tendons)
         });
-        let mut search = Search::new(&start);
+        let (mut search, mut lengths) = (Search::new(&start), Lengths::Jump);
         let status = loop {
             let held = search.held().to_vec();
-            let (status, end) = self.step_with(&start, &held)?;
+            let (status, end) = self.step_with(&start, &held, lengths)?;
             let end = end.as_ref().map(|[pulls, excesses]| [&pulls[..], &excesses[..]]);
             if search.fits(end) {
                 break status;
             }
-            if search.next(end) {
+            let has_next = search.next(end);
+            let is_taken_up = search.held().iter().zip(&start).any(|(is_held, was_held)| *is_held && !was_held);
+            if lengths == Lengths::Jump && (is_taken_up || !has_next) {
+                self.integrator.take_back();
+                (search, lengths) = (Search::new(&start), Lengths::TakenUp);
+                continue;
+            }
+            if has_next {
                 self.integrator.take_back();
                 continue;
             }
@@ -140,7 +151,7 @@ impl<M: Model> Run<M> {
                 break status;
             }
             self.integrator.take_back();
-            break self.step_with(&start, &best)?.0;
+            break self.step_with(&start, &best, lengths)?.0;
         };
         if let Some(changes) = &mut self.changes {
             (changes.jumps, changes.has_jumped, changes.due) = (false, true, Some(None));
@@ -148,19 +159,18 @@ impl<M: Model> Run<M> {
         Ok(status)
     }
 
-    /// Makes a step with these tendons taut, after one with others. Returns their tensions and excesses at its end, if that means
+    /// Makes a step with these tendons taut, after one that began with others. Returns tensions and excesses at its end, if that means
     /// anything.
     #[allow(clippy::type_complexity, reason = "a status and the end")]
     fn step_with(
         &mut self,
         start: &[bool],
         held: &[bool],
+        lengths: Lengths,
     ) -> Result<(Option<Status>, Option<[Vec<f64>; 2]>), Interrupted> {
-        let is_taken_up = held.iter().zip(start).any(|(is_held, was_held)| *is_held && !was_held);
         hold_tendons(self.integrator.model(), held);
         let steps = self.steps();
-        let found = self.single_step(if is_taken_up { Lengths::TakenUp } else { Lengths::Jump });
-        let Ok(status) = found else {
+        let Ok(status) = self.single_step(lengths) else {
             hold_tendons(self.integrator.model(), start);
             return Err(Interrupted);
         };
