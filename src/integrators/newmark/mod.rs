@@ -42,6 +42,6 @@ pub use scheme::{METHODS, Parameters, Scheme};
 pub use solution::solve;
 pub use stepper::Stepper;
 
-pub(crate) use stepper::Lengths;
 pub(crate) use linear_system::LinearSystem;
 pub(crate) use scheme::{Step, memory};
+pub(crate) use stepper::Lengths;

@@ -30,13 +30,10 @@ const MOST_CORRECTIONS: usize = 8;
 /// is too long for the prescribed length.
 pub(super) const ASTRAY: f64 = 1e-3;
 
-/// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, are chattering.
+/// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, or within a step of fixed size, are
+/// chattering.
 const QUICK: f64 = 1e-6;
 const MOST_QUICK: usize = 100;
-
-/// Over the rest of a step of fixed size tendons pull or do not where they have changed more often within its time than that, for each of
-/// them: a plate that rocks on two cords comes to rest by infinitely many impacts.
-const MOST_IN_A_STEP: usize = 10;
 
 /// A one-sided constraint becomes active or inactive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,9 +77,6 @@ pub(super) struct Changes {
     /// Time of the last change, and the number of quick changes in a row.
     last: f64,
     quick: usize,
-    /// The first change within the time of a step of fixed size, and the number of changes since.
-    first: f64,
-    crowd: usize,
     pub(super) largest_tension: f64,
 }
 
@@ -114,30 +108,19 @@ impl Changes {
             flow: None,
             last: f64::NEG_INFINITY,
             quick: 0,
-            first: f64::NEG_INFINITY,
-            crowd: 0,
             largest_tension: 0.0,
         }
     }
 
-    /// Records a change. Returns false if the constraints chatter.
-    pub(super) fn count(&mut self, t: f64, flow: [f64; 2]) -> bool {
+    /// Records a change, between steps of a fixed size if one is given. Returns false if the constraints chatter.
+    pub(super) fn count(&mut self, t: f64, flow: [f64; 2], step: Option<f64>) -> bool {
         let (from, to) = self.t_span;
-        let is_quick = t - self.last <= QUICK * (to - from);
+        let is_quick = t - self.last <= step.unwrap_or(QUICK * (to - from));
         self.quick = if is_quick { self.quick + 1 } else { 0 };
         self.last = t;
         let before = self.flow.unwrap_or_default();
         self.flow = Some([before[0] + flow[0], before[1] + flow[1]]);
         self.quick <= MOST_QUICK
-    }
-
-    /// Whether so many changes follow each other within this time that a step of it does not resolve them, this one included.
-    pub(super) fn is_crowded(&mut self, t: f64, dt: f64, constraints: usize) -> bool {
-        if t - self.first > dt {
-            (self.first, self.crowd) = (t, 0);
-        }
-        self.crowd += 1;
-        self.crowd > MOST_IN_A_STEP * (constraints + 1)
     }
 
     /// Examines a state of the last step. Allocates.
@@ -182,12 +165,8 @@ impl Changes {
             tape.number(by);
             tape.number(t);
         });
-        for number in [&mut self.last, &mut self.first] {
-            tape.number(number);
-        }
-        for count in [&mut self.quick, &mut self.crowd] {
-            tape.count(count);
-        }
+        tape.number(&mut self.last);
+        tape.count(&mut self.quick);
         tape.number(&mut self.largest_tension);
         let mut held = model.held();
         held.iter_mut().for_each(|is_held| tape.flag(is_held));
@@ -382,8 +361,8 @@ mod tests {
     #[test]
     fn changes_that_follow_each_other_quickly_are_a_chatter_and_others_are_not() {
         let mut changes = Changes::new((0.0, 1.0));
-        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2])));
-        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0])).count();
+        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2], None)));
+        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0], None)).count();
         assert_eq!(quick, MOST_QUICK + 1);
     }
 }

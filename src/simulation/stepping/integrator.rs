@@ -22,9 +22,20 @@ use crate::simulation::balance::State;
 #[derive(Clone, Debug)]
 pub(super) enum Integrator<M> {
     /// With the stepper before the last step where that may be taken back.
-    Newmark { model: M, stepper: Box<newmark::Stepper>, before: Option<Box<newmark::Stepper>> },
-    Radau { model: M, stepper: Box<radau::Stepper> },
-    FirstOrder { system: Box<FirstOrder<M>>, stepper: Box<ode::Stepper>, n: usize },
+    Newmark {
+        model: M,
+        stepper: Box<newmark::Stepper>,
+        before: Option<Box<newmark::Stepper>>,
+    },
+    Radau {
+        model: M,
+        stepper: Box<radau::Stepper>,
+    },
+    FirstOrder {
+        system: Box<FirstOrder<M>>,
+        stepper: Box<ode::Stepper>,
+        n: usize,
+    },
 }
 
 impl<M: Model> Integrator<M> {

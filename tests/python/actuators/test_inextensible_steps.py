@@ -1,4 +1,4 @@
-"""Tendons that do not stretch, in steps of fixed size: against closed forms, Radau's method, and random walks of their lengths."""
+"""Tendons that do not stretch, in steps of fixed size: closed forms, Radau, random walks of lengths."""
 
 import pickle
 
@@ -101,13 +101,27 @@ def test_bodies_on_cords_have_order_two():
     assert errors[:, 1].max() < 5e-5
 
 
+@pytest.mark.parametrize("method", ["generalised_alpha", "hht"])
+def test_impacts_of_cords_take_energy_out_and_nothing_puts_any_in(method):
+    for seed in (4, 6, 10, 11, 12):
+        robot, start = body_on_cords(seed)
+        assert all(isinstance(cord.length, float) for cord in robot.actuators)
+        motion = lissom.simulate(robot, 1.0, dt=1e-3, method=method, **start)
+        balance = motion.balance
+        energy = balance.kinetic + balance.gravitational
+        assert (np.diff(balance.dissipated) > -1e-12 * balance.scale).all()
+        assert balance.dissipated[-1] > 0.1 * balance.scale
+        assert energy.max() < energy[0] + 1e-3 * balance.scale
+        assert balance.drift < 1e-3
+
+
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
 def test_adaptive_steps_end_at_changes(rtol):
     end, lost = fallen(0.3, 0.6)
     motion = lissom.simulate(bob(), 0.6, adaptive=True, rtol=rtol, atol=1e-2 * rtol, **place(0.3, 0.0))
     assert motion.success, motion.message
     assert np.hypot(*(motion.q[-1][[0, 2]] - end)) < 10 * rtol
-    assert motion.balance.dissipated[-1] == pytest.approx(lost, rel=1e-6)
+    assert motion.balance.dissipated[-1] == pytest.approx(lost, rel=10 * rtol)
     assert np.hypot(motion.q[:, 0], motion.q[:, 2]).max() < ROPE + 1e-9
 
 
@@ -176,7 +190,8 @@ def test_lengths_that_are_lowered_faster_than_the_load_falls_leave_the_rope_slac
     simulation = lissom.Simulation(robot, dt=1e-3, **place(0, -ROPE))
     for k in range(1, 51):
         simulation.step([ROPE + 5e-3 * k])
-    assert simulation.q[2] == pytest.approx(-ROPE - G / 2 * 0.05**2, abs=1e-9)
+    # The step in which it becomes slack is of first order.
+    assert simulation.q[2] == pytest.approx(-ROPE - G / 2 * 0.05**2, abs=G * 1e-3 * 0.05)
 
 
 def test_lengths_that_conflict_on_the_way_end_a_run():
@@ -189,7 +204,7 @@ def test_lengths_that_conflict_on_the_way_end_a_run():
 
 
 def walker(seed):
-    """A body on cords, a rod, or balls on ropes, with lengths that are inputs; its start, step, and size of a step of the lengths."""
+    """A body on cords, a rod, or balls on ropes, with inputs for lengths; start, step, size of their walk."""
     rng = np.random.default_rng([seed, 7])
     kind = seed % 3
     origin = (0, 0, 0)

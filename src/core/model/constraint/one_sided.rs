@@ -19,7 +19,7 @@ pub const LEAVES: f64 = 1e-9;
 
 /// A tendon that is shorter by less than this part may be taut at a change, and one that would be taut again
 /// before it is shorter by more stays taut. Well above [`TAKEN_UP`].
-pub const SHOWS: f64 = 10.0 * TAKEN_UP;
+const SHOWS: f64 = 10.0 * TAKEN_UP;
 
 /// Switches that are tried for every constraint until it is clear which of them hold.
 const SWITCHES: usize = 4;

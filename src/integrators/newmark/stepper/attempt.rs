@@ -12,6 +12,10 @@ use crate::integrators::second_order::{Solved, System, constrained_start, model_
 use crate::model::constraint::projection;
 use crate::model::{Excitation, OneSided};
 
+/// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
+/// tendon is told jumps at its end, before which a function's rate tells nothing, or within it.
+const SWIFT: f64 = 10.0;
+
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
     pub(super) fn attempt<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
@@ -115,13 +119,18 @@ impl<V: Numbers> StepperOf<V> {
     ) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &mut self.trial;
         // Where a length that is told has a corner, this step fits what is told before.
-        let before = if self.is_one_sided { t.next_down() } else { *t };
-        let model = model_at(system, before)?;
+        let mut at = if self.is_one_sided { t.next_down() } else { *t };
         let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
-        let is_regular = projection::fit_velocities(model, q, &mut fitted).is_ok_and(|fit| {
+        let mut fit = projection::fit_velocities(model_at(system, at)?, q, &mut fitted);
+        if at != *t && !fit.as_ref().is_ok_and(|fit| fit.largest <= SWIFT) {
+            fitted.copy_from_slice(v);
+            at = *t;
+            fit = projection::fit_velocities(model_at(system, at)?, q, &mut fitted);
+        }
+        let is_regular = fit.is_ok_and(|fit| {
             (even_singular || !fit.is_nearly_singular()) && fitted.iter().all(|v| v.is_finite())
         });
-        if !is_regular || constrained_start(model, before, q, &fitted, &mut found)?.is_err() {
+        if !is_regular || constrained_start(model_of(system), at, q, &fitted, &mut found)?.is_err() {
             return Ok(false);
         }
         v.copy_from_slice(&fitted);
@@ -253,4 +262,3 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         Ok(())
     }
 }
-

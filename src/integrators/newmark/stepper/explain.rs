@@ -117,7 +117,9 @@ mod tests {
         stepper.a.push(0.0);
         assert!(told(&stepper).contains("with closed loops or tendons that do not stretch"));
         (stepper.is_one_sided, stepper.lengths) = (true, Lengths::Jump);
-        assert!(told(&stepper).contains("lengths of tendons that do not stretch jump; the result ends there. Take a smaller `dt`, change"));
+        assert!(told(&stepper).contains(
+            "lengths of tendons that do not stretch jump; the result ends there. Take a smaller `dt`, change"
+        ));
         stepper.unilateral.has_touched = true;
         assert!(
             told(&stepper)

@@ -61,7 +61,9 @@ impl<M: Model> Run<M> {
                     return self.change(without);
                 }
                 // No step of fixed size is that short.
-                Verdict::EndAt(event) if is_fixed && event.t - times[0] <= rounding_of_times(self.dt, event.t) => {
+                Verdict::EndAt(event)
+                    if is_fixed && event.t - times[0] <= rounding_of_times(self.dt, event.t) =>
+                {
                     integrator.take_back();
                     return self.change(event.is_let_go.then_some(event.which));
                 }
@@ -127,7 +129,8 @@ impl<M: Model> Run<M> {
                 break status;
             }
             let has_next = search.next(end);
-            let is_taken_up = search.held().iter().zip(&start).any(|(is_held, was_held)| *is_held && !was_held);
+            let is_taken_up =
+                search.held().iter().zip(&start).any(|(is_held, was_held)| *is_held && !was_held);
             if lengths == Lengths::Jump && (is_taken_up || !has_next) {
                 self.integrator.take_back();
                 (search, lengths) = (Search::new(&start), Lengths::TakenUp);
@@ -237,12 +240,12 @@ impl<M: Model> Run<M> {
         let Some(changes) = &mut self.changes else { unreachable!("there are none") };
         self.integrator.end_at(changes.t_span.1);
         self.integrator.restart([&changed.q, &changed.v, &changed.a])?;
-        let chatters = !changes.count(t, changed.flow);
-        if is_fixed {
-            changes.jumps = changes.is_crowded(t, self.dt, self.integrator.model().facts().constraints());
+        if changes.count(t, changed.flow, is_fixed.then_some(self.dt)) {
             return Ok(None);
         }
-        if !chatters {
+        if is_fixed {
+            // A plate that rocks on two cords comes to rest by infinitely many impacts: over the rest of this step they pull, or not.
+            changes.jumps = true;
             return Ok(None);
         }
         Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
@@ -269,7 +272,8 @@ fn held_tendons<M: Model>(model: &M, tendons: usize) -> Vec<bool> {
 /// Makes exactly these tendons taut.
 fn hold_tendons<M: Model>(model: &mut M, held: &[bool]) {
     let closed = std::iter::repeat_n(true, model.facts().constraints() - held.len());
-    let all: Vec<f64> = closed.chain(held.iter().copied()).map(|is_held| f64::from(u8::from(is_held))).collect();
+    let all: Vec<f64> =
+        closed.chain(held.iter().copied()).map(|is_held| f64::from(u8::from(is_held))).collect();
     model.release(&all);
 }
 
