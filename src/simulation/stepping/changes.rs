@@ -123,19 +123,21 @@ impl Changes {
         self.quick <= MOST_QUICK
     }
 
-    /// Examines a state of the last step. Allocates.
+    /// Examines a state of the last step, by the multipliers of what holds where they are known. Allocates.
     pub(super) fn look(
         &mut self,
         model: &mut dyn Static,
         t: f64,
         [q, v]: [&[f64]; 2],
+        known: Option<Vec<f64>>,
     ) -> Result<Look, Interrupted> {
         model.set_time(t)?;
         let (passed, mut held) = (model.passed(q, v), model.held());
         let first = held.len() - passed.len();
         held.drain(..first);
-        let (mut multipliers, sizes) = (vec![0.0; first + passed.len()], model.facts().gap_sizes.clone());
-        if held.contains(&true) {
+        let (is_known, sizes) = (known.is_some(), model.facts().gap_sizes.clone());
+        let mut multipliers = known.unwrap_or_else(|| vec![0.0; sizes.len()]);
+        if !is_known && held.contains(&true) {
             // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
         }

@@ -160,6 +160,12 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// The multipliers of constraints at an end of the last step, if accelerations there are fitted to them.
+    pub(super) fn multipliers(&self, t: f64) -> Option<Vec<f64>> {
+        let Self::Newmark { stepper, .. } = self else { return None };
+        stepper.multipliers(t).map(<[f64]>::to_vec)
+    }
+
     /// Takes back the last step; of fixed size also one that could not be made.
     pub(super) fn take_back(&mut self) {
         match self {

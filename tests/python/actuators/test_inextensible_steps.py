@@ -110,7 +110,7 @@ def test_impacts_of_cords_take_energy_out_and_nothing_puts_any_in(method):
         balance = motion.balance
         energy = balance.kinetic + balance.gravitational
         assert (np.diff(balance.dissipated) > -1e-12 * balance.scale).all()
-        assert balance.dissipated[-1] > 0.1 * balance.scale
+        assert balance.dissipated[-1] > 0.01 * balance.scale
         assert energy.max() < energy[0] + 1e-3 * balance.scale
         assert balance.drift < 1e-3
 
@@ -122,7 +122,7 @@ def test_adaptive_steps_end_at_changes(rtol):
     assert motion.success, motion.message
     assert np.hypot(*(motion.q[-1][[0, 2]] - end)) < 10 * rtol
     assert motion.balance.dissipated[-1] == pytest.approx(lost, rel=10 * rtol)
-    assert np.hypot(motion.q[:, 0], motion.q[:, 2]).max() < ROPE + 1e-9
+    assert np.hypot(motion.q[:, 0], motion.q[:, 2]).max() < ROPE + 1e-4 * rtol
 
 
 def test_bodies_on_cords_in_adaptive_steps():

@@ -119,18 +119,15 @@ impl<V: Numbers> StepperOf<V> {
     ) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &mut self.trial;
         // Where a length that is told has a corner, this step fits what is told before.
-        let mut at = if self.is_one_sided { t.next_down() } else { *t };
+        let before = if self.is_one_sided { t.next_down() } else { *t };
         let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
-        let mut fit = projection::fit_velocities(model_at(system, at)?, q, &mut fitted);
-        if at != *t && !fit.as_ref().is_ok_and(|fit| fit.largest <= SWIFT) {
+        let mut fit = projection::fit_motion(model_at(system, before)?, q, &mut fitted, &mut found);
+        if before != *t && !fit.as_ref().is_ok_and(|fit| fit.largest <= SWIFT) {
             fitted.copy_from_slice(v);
-            at = *t;
-            fit = projection::fit_velocities(model_at(system, at)?, q, &mut fitted);
+            fit = projection::fit_motion(model_at(system, *t)?, q, &mut fitted, &mut found);
         }
-        let is_regular = fit.is_ok_and(|fit| {
-            (even_singular || !fit.is_nearly_singular()) && fitted.iter().all(|v| v.is_finite())
-        });
-        if !is_regular || constrained_start(model_of(system), at, q, &fitted, &mut found)?.is_err() {
+        let is_regular = fit.is_ok_and(|fit| even_singular || !fit.is_nearly_singular());
+        if !is_regular || !fitted.iter().chain(&found).all(|x| x.is_finite()) {
             return Ok(false);
         }
         v.copy_from_slice(&fitted);

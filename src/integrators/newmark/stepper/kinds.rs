@@ -112,6 +112,14 @@ impl Stepper {
         of_kind!(&self.0, stepper => &stepper.pulls)
     }
 
+    /// The multipliers of constraints at an end of the last step.
+    pub(crate) fn multipliers(&self, t: f64) -> Option<&[f64]> {
+        of_kind!(&self.0, stepper => {
+            let at_end = (t == stepper.t).then_some(&stepper.a);
+            at_end.or_else(|| (t == stepper.t_old).then_some(&stepper.a_old)).map(|a| &a[stepper.q.len()..])
+        })
+    }
+
     /// Takes back the last step, which began as this one and may have failed, for systems with constraints.
     pub(crate) fn take_back(&mut self, before: Self) {
         let (Kind::Any(stepper), Kind::Any(before)) = (&mut self.0, before.0) else {

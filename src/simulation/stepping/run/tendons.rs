@@ -46,7 +46,8 @@ impl<M: Model> Run<M> {
                 } else {
                     integrator.interpolate(&[t], [q, v, a])?;
                 }
-                changes.look(integrator.model(), t, [q, v])
+                let known = integrator.multipliers(t);
+                changes.look(integrator.model(), t, [q, v], known)
             })?;
             match verdict {
                 Verdict::Done | Verdict::Change(_) if has_pushed(integrator, changes) => {
