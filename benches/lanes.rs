@@ -1,7 +1,7 @@
 //! SIMD lanes for nodes of one run, or for the same node of several runs: `cargo bench --bench lanes`.
 //!
 //! Both variants compute the forces of a planar rod without stretch, in the simplest form. lissom uses lanes
-//! for nodes; `docs/ensembles.md` explains the results.
+//! for nodes; `docs/development/performance.md` explains the results.
 
 use std::hint::black_box;
 

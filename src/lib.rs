@@ -38,10 +38,10 @@ mod simulation;
 use lissom_core::{description, numerics};
 pub use lissom_core::{error, model, robot};
 
-pub use analysis::{actuate, modes, reach, stability, statics};
+pub use analysis::{actuate, curve, modes, reach, stability, statics};
 pub use description::{body, joint, rod, schema, signal, world};
 pub use integrators::{newmark, ode, radau, second_order};
 pub use model::{pendulum, springs};
 pub use numerics::{lie, linalg, parallel, roots};
 pub use robot::effects::*;
-pub use simulation::{accuracy, balance, ensemble, methods, sensitivity, simulate, stepping};
+pub use simulation::{accuracy, balance, ensemble, methods, sensitivity, simulate, stepping, time_limit};

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ._lissom import ContinuationResult as ContinuationResult
     from ._lissom import ConvergenceError as ConvergenceError
     from ._lissom import CriticalPoint as CriticalPoint
+    from ._lissom import CurveResult as CurveResult
     from ._lissom import Cylindrical as Cylindrical
     from ._lissom import DenseOutput as DenseOutput
     from ._lissom import Distance as Distance
@@ -106,6 +107,7 @@ if TYPE_CHECKING:
     from .analysis.measurements import NaturalFrequencies as NaturalFrequencies
     from .analysis.measurements import RecordedMotion as RecordedMotion
     from .analysis.measurements import StaticShapes as StaticShapes
+    from .analysis.peaks import Peak as Peak
     from .analysis.sensitivities import SensitivityResult as SensitivityResult
     from .analysis.sensitivities import sensitivity as sensitivity
     from .analysis.sweeps import sweep as sweep
@@ -127,8 +129,8 @@ else:
     _NAMES = {
         "_lissom": """
             DOP853 RK45 AccuracyWarning ActiveStrain ActuateResult Along Balance BaseMotion Body
-            Chamber ContinuationResult ConvergenceError CriticalPoint Cylindrical DenseOutput
-            Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
+            Chamber ContinuationResult ConvergenceError CriticalPoint CurveResult Cylindrical
+            DenseOutput Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
             JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
             MotionResult Motor OdeResult OdeSolver Overlap Planar Prismatic Profile Radau ReachResult
             Revolute Robot Rod RootResult Scene SceneError SceneProblem Section Segment Simulation
@@ -142,6 +144,7 @@ else:
         "analysis.linear": "LinearModel linearise",
         "analysis.many": "EquilibriaResult statics_many",
         "analysis.measurements": "NaturalFrequencies RecordedMotion StaticShapes",
+        "analysis.peaks": "Peak",
         "analysis.sensitivities": "SensitivityResult sensitivity",
         "analysis.sweeps": "sweep",
         "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch",

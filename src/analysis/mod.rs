@@ -2,6 +2,7 @@
 
 pub mod actuate;
 pub(crate) mod at_rest;
+pub mod curve;
 pub mod modes;
 pub(crate) mod natural;
 pub mod reach;

@@ -14,6 +14,7 @@ mod callback;
 mod compiled;
 mod contact;
 mod convert;
+mod curve;
 mod ensemble;
 mod errors;
 mod imports;
@@ -62,6 +63,8 @@ pub mod _lissom {
     use super::balance::PyBalance;
     #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_text, as_whole};
+    #[pymodule_export]
+    use super::curve::PyCurveResult;
     #[pymodule_export]
     use super::ensemble::{PyEnsembleResult, simulate_many};
     #[pymodule_export]

@@ -51,8 +51,9 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is
 ///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), 'sunk'
 ///     (surfaces overlap by more than a radius), 'passed_through' (a body would pass through another one), 'loop_open' (closed
-///     loops or tendons of given length cannot be held), 'singular_position' (of closed loops, which the method cannot pass) or
-///     'chattering' (tendons of given length become taut and slack ever faster).
+///     loops or tendons of given length cannot be held), 'singular_position' (of closed loops, which the method cannot pass),
+///     'chattering' (tendons of given length become taut and slack ever faster) or 'time_limit' (`max_seconds` of wall-clock time
+///     were over).
 /// message : str
 ///     The status in words, what to change, and the names of slack tendons.
 /// slack : list of str

@@ -22,6 +22,7 @@ use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{Auto, Configuration, Dop853, Integration, Jacobian, Newmark, Radau, Rk45};
 use crate::simulation::simulate::{Control, slackness};
+use crate::simulation::time_limit::TimeLimit;
 
 /// Value of `t_eval` that requests all accepted steps.
 const EVERY_STEP: &str = "steps";
@@ -93,6 +94,9 @@ const EVERY_STEP: &str = "steps";
 /// reuse_jacobian : bool
 ///     Whether the Newmark family reuses factorised Jacobians while they converge; otherwise every Newton iteration evaluates
 ///     one.
+/// max_seconds : float, optional
+///     Limit of the wall-clock time of the run, seconds; by default none. It is looked at after every step: one that is being solved
+///     is completed first. The result then has the status 'time_limit' and what was computed until then.
 ///
 /// Returns
 /// -------
@@ -119,12 +123,12 @@ const EVERY_STEP: &str = "steps";
         model, t_end, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
-        control_step=None
+        control_step=None, max_seconds=None
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
                       adaptive=False, max_step=None, min_step=0.0, max_steps=None, predictor='best', \
-                      reuse_jacobian=True, control=None, control_step=None)"
+                      reuse_jacobian=True, control=None, control_step=None, max_seconds=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
@@ -152,6 +156,7 @@ pub(crate) fn simulate<'py>(
     #[pyo3(from_py_with = arguments::optional_flag::reuse_jacobian)] reuse_jacobian: Option<bool>,
     control: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::optional_number::control_step)] control_step: Option<f64>,
+    #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
 ) -> PyResult<PyMotionResult> {
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
@@ -186,7 +191,9 @@ pub(crate) fn simulate<'py>(
     };
     let configuration = given.configuration(n)?;
     let controller = Controller::new(model, control, control_step, dt, &configuration)?;
-    run(model, (t0, t_end), [&q0, &v0], &configuration, t_eval.as_deref(), controller, progress)
+    let limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
+    let span = (t0, t_end);
+    run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, (progress, limit))
 }
 
 /// Whether `t_eval` asks for every accepted step.
@@ -417,7 +424,7 @@ fn run(
     configuration: &Configuration,
     t_eval: Option<&[f64]>,
     controller: Option<Controller>,
-    progress: Option<&Bound<'_, PyAny>>,
+    (progress, mut limit): (Option<&Bound<'_, PyAny>>, TimeLimit),
 ) -> PyResult<PyMotionResult> {
     let py = model.py();
     let object = model.clone().unbind();
@@ -428,6 +435,7 @@ fn run(
     let simulation = py.detach(|| {
         let mut monitor = |t: f64| {
             raised.none_yet()?;
+            limit.check(t)?;
             if !ticker.tick() {
                 return Ok(());
             }
@@ -456,7 +464,8 @@ fn run(
             }
         }
     });
-    let (simulation, replacement) = simulation.map_err(with_python_names).or_raise()?;
+    let (mut simulation, replacement) = simulation.map_err(with_python_names).or_raise()?;
+    limit.judge(&mut simulation);
     let moved = match replacement.as_ref().and_then(|model| model.robot()) {
         Some(robot) => like(object.bind(py), robot)?.cast_into::<PyModel>()?.unbind(),
         None => object,

@@ -7,3 +7,4 @@ pub mod methods;
 pub mod sensitivity;
 pub mod simulate;
 pub mod stepping;
+pub mod time_limit;

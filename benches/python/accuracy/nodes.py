@@ -1,4 +1,4 @@
-"""Error of the inverse dynamics against the number of quadrature nodes: the table of docs/rod.md.
+"""Error of the inverse dynamics against the number of quadrature nodes: the table of docs/methods/rods.md.
 
 python benches/python/accuracy/nodes.py
 """

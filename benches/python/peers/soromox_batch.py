@@ -1,4 +1,4 @@
-"""Many runs at once by SoRoMoX on this processor, beside `lissom.simulate_many` in docs/ensembles.md.
+"""Many runs at once by SoRoMoX on this processor, beside `lissom.simulate_many` in docs/run_times.md.
 
 Rods of segments of constant strain (all six), the same as those of `beside_soromox` in
 benches/python/speed/ensembles.py: one motion of one second for each row, states every 10 ms, all rows in one

@@ -1,4 +1,4 @@
-"""What contact costs: docs/contact_law.md, "Cost" and "Many rods".
+"""What contact costs: docs/run_times.md, "Contact".
 
 python benches/python/speed/contact.py                 # one rod
 python benches/python/speed/contact.py --pile 5 10 50  # rods dropped into a box

@@ -1,4 +1,4 @@
-"""Runs per second: `python benches/python/speed/ensembles.py` prints the tables of docs/ensembles.md.
+"""Runs per second: `python benches/python/speed/ensembles.py` prints the tables of docs/run_times.md.
 
 A loop of `simulate`, `simulate_many` on one thread and on all threads, and a process pool alternate, so that
 other processes on the machine affect all of them. Other processes can only slow runs down, so the fastest

@@ -1,4 +1,4 @@
-"""Cost of gradients of a run relative to the run: docs/sensitivities.md, "Measured".
+"""Cost of gradients of a run relative to the run: docs/run_times.md, "Derivatives of runs".
 
 python benches/python/speed/sensitivities.py [--repeats 7]
 """

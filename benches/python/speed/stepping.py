@@ -137,7 +137,7 @@ def control_steps_of_many(model: lissom.Model, dt: float, count: int, workers: i
 
 
 def main() -> None:
-    """Print the tables of docs/stepping.md."""
+    """Print the tables of docs/run_times.md."""
     print(machine.description())
     print("\n| model | native step | `step()` adds | `step(u)` adds | `q` |\n|---|---|---|---|---|")
     for name, make in MODELS.items():

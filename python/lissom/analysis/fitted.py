@@ -60,7 +60,7 @@ class FittedData(ReadOnly):
 
     @property
     def fitted(self) -> Array:
-        """What the fitted model says: measurements plus residuals."""
+        """Predictions of the fitted model: measurements plus residuals."""
         return self.measured + self.residuals
 
     @property

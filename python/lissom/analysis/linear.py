@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from .._lissom import Input, LissomError, Model, Robot, Tendon, jacobian
 from ..common.arguments import sequence
 from ..model.views import Frame, View, view
+from ..sensors.sensor import Sensor
+from .measured import readings, sensors_of
 
 Array = NDArray[np.float64]
 
@@ -38,9 +40,11 @@ class LinearModel:
     C : ndarray, shape (r, 2 n)
         Output matrix.
     D : ndarray, shape (r, p)
-        Feedthrough matrix: zero, because no output depends directly on a force.
+        Feedthrough matrix: zero but for sensors of accelerations and forces.
     states, inputs, outputs : tuple of str
         Names of states, inputs and outputs.
+    dt : float or None
+        Time between samples of a model in discrete time, seconds: ``x[k+1] = A x[k] + B u[k]``.
     """
 
     # Pickles refer to the class by this module, whatever moves.
@@ -53,6 +57,54 @@ class LinearModel:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    dt: float | None = None
+
+    def discrete(self, dt: float, *, delay: float = 0.0) -> LinearModel:
+        """The model in discrete time: inputs are held between samples, and act after a delay.
+
+        The result is exact at the samples. ``control.ss(*discrete, dt)`` takes it.
+
+        Parameters
+        ----------
+        dt : float
+            Time between samples, seconds.
+        delay : float
+            Time from setting the inputs until they act, seconds, up to 1000 samples. Delays of sensors and of
+            the computation add to it. What is under way is part of the state: one state for each input and
+            sample, named ``pull[-1]`` and so on.
+
+        Returns
+        -------
+        LinearModel
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an argument is invalid, or the model is in discrete time already.
+        ImportError
+            If SciPy is not installed (extra `fit`).
+
+        Examples
+        --------
+        >>> import lissom
+        >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={"bend_y": 3}, retardation_time=1e-4)
+        >>> rod = lissom.Rod([wire])
+        >>> linear = lissom.linearise(rod, lissom.statics(rod).q, "tip_force_z", "tip_position_z")
+        >>> sampled = linear.discrete(1e-3, delay=1.5e-3)
+        >>> sampled.A.shape, sampled.states[-2:], sampled.dt
+        ((8, 8), ('tip_force_z[-1]', 'tip_force_z[-2]'), 0.001)
+        """
+        from .discrete import held
+
+        if self.dt is not None:
+            raise ValueError(f"the model is in discrete time already, with dt = {self.dt:g} s")
+        matrices, kept = held(self, dt, delay)
+        for matrix in matrices:
+            matrix.flags.writeable = False
+        under_way = (f"{name}[-{age}]" for age in range(1, kept + 1) for name in self.inputs)
+        A, B, C, D = matrices
+        states = (*self.states, *under_way)
+        return LinearModel(A, B, C, D, states, self.inputs, self.outputs, float(dt))
 
     def __iter__(self) -> Iterator[Array]:
         """A, B, C, D."""
@@ -63,7 +115,7 @@ def linearise(
     model: Model,
     q: ArrayLike,
     inputs: str | Sequence[str] = "forces",
-    outputs: str | Sequence[str] = "coordinates",
+    outputs: str | Sensor | Sequence[str | Sensor] = "coordinates",
     *,
     t: float = 0.0,
     u: ArrayLike | None = None,
@@ -83,12 +135,13 @@ def linearise(
         robots, the name of a link without children replaces 'tip'. 'inputs' is the whole input vector u of
         the model; a single input goes by its name, such as 'pull', unless that is one of the names above. The
         length of an inextensible tendon cannot be an input, because it sets coordinates, not forces.
-    outputs : str or sequence of str
+    outputs : str, Sensor or sequence of these
         Outputs of the linear model: 'coordinates', 'velocities' (n each); for rods 'tip_position',
         'tip_rotation' (a small rotation vector), 'tip_velocity', 'tip_angular_velocity' (three components
         each in world axes), or a single component such as 'tip_position_z'; for robots named as for `inputs`.
-        Prescribed motions move links at velocities that depend on q; central differences give that part of
-        the outputs.
+        A sensor of `lissom.sensors` on this robot stands for all its channels, without noise, bias, rate and
+        delay. Central differences give derivatives of sensors, and the part of the outputs that is due to
+        prescribed motions, which move links at velocities that depend on q.
     t : float
         Time at which time-dependent loads and motions are evaluated, seconds.
     u : array_like, shape (m,), optional
@@ -128,9 +181,15 @@ def linearise(
     q = np.asarray(q, float)
     stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=u)
     seen = view(model)
-    force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u))
+    force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u), n)
     _check_inputs(model, force_names)
-    output_names, rows = _signals("outputs", outputs, _measurements(model, seen, q, t))
+    wanted = (
+        outputs if isinstance(outputs, str | Sensor) else sequence("outputs", outputs, "names and sensors")
+    )
+    groups = _measurements(model, seen, q, t)
+    for sensor in sensors_of(model, wanted, force_names):
+        groups[sensor.name] = readings(sensor, force_names, q, t, u)
+    output_names, rows = _signals("outputs", wanted, groups, 3 * n + len(force_names))
     try:
         np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
@@ -148,16 +207,20 @@ def linearise(
         free, within, of_loops = _within_loops(model, q, mass, t, u)
         stiffness = within.T @ (stiffness + of_loops) @ within
         mass, damping = (within.T @ part @ within for part in (mass, damping))
-        forces, rows = forces @ within, np.hstack([rows[:, :n] @ within, rows[:, n:] @ within])
+        forces = forces @ within
+        rows = np.hstack([*(rows[:, k * n : (k + 1) * n] @ within for k in range(3)), rows[:, 3 * n :]])
         coordinates, velocities = [coordinates[k] for k in free], [velocities[k] for k in free]
         n = len(free)
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
-    D = np.zeros((len(output_names), len(force_names)))
-    for matrix in (A, B, rows, D):
+    # Outputs by coordinates, velocities, accelerations and inputs; accelerations follow from the others.
+    by_state, by_acceleration, by_input = np.split(rows, [2 * n, 3 * n], axis=1)
+    C = by_state + by_acceleration @ solved[:, : 2 * n]
+    D = by_input + by_acceleration @ solved[:, 2 * n :]
+    for matrix in (A, B, C, D):
         matrix.flags.writeable = False
-    return LinearModel(A, B, rows, D, (*coordinates, *velocities), force_names, output_names)
+    return LinearModel(A, B, C, D, (*coordinates, *velocities), force_names, output_names)
 
 
 def _check_inputs(model: Model, names: Sequence[str]) -> None:
@@ -317,12 +380,13 @@ def _components(name: str) -> list[str]:
 
 
 def _signals(
-    argument: str, wanted: str | Sequence[str], groups: dict[str, Group]
+    argument: str, wanted: str | Sensor | Sequence[str | Sensor], groups: dict[str, Group], width: int
 ) -> tuple[tuple[str, ...], Array]:
-    """Names and rows of the requested signals, groups or single ones."""
+    """Names and rows of the requested signals, groups or single ones; what depends on less is zero beyond."""
     names: list[str] = []
     rows: list[Array] = []
-    for name in [wanted] if isinstance(wanted, str) else sequence(argument, wanted, "names"):
+    for each in [wanted] if isinstance(wanted, str | Sensor) else sequence(argument, wanted, "names"):
+        name = each.name if isinstance(each, Sensor) else each
         group = next((key for key, (members, _) in groups.items() if name == key or name in members), None)
         if group is None:
             expected = ", ".join(repr(key) for key in groups)
@@ -330,7 +394,8 @@ def _signals(
         members, matrix = groups[group]
         chosen = members if name == group else [name]
         names += chosen
-        rows.append(matrix()[[members.index(member) for member in chosen]])
+        part = matrix()[[members.index(member) for member in chosen]]
+        rows.append(np.pad(part, ((0, 0), (0, width - part.shape[1]))))
     if not rows:
         raise ValueError(f"{argument}: got none, expected at least one")
     return tuple(names), np.vstack(rows)

@@ -1,4 +1,4 @@
-"""What a model predicts of measured data, with derivatives with respect to its parameters."""
+"""Predictions of measured data by a model, with derivatives with respect to its parameters."""
 
 from __future__ import annotations
 

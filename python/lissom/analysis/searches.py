@@ -182,7 +182,7 @@ class Search:
             residual, found = self._evaluated(z)
             if _is_settled(z, residual, found, *limits):
                 raise _Settled(z)
-            # What nothing depends on stays at its guess: rounding would send it to a bound.
+            # A parameter without influence stays at its guess: rounding would send it to a bound.
             return np.where(_is_silent(found), 0.0, found)
 
         try:

@@ -17,6 +17,7 @@ from .._lissom import (
     ModesResult,
     MotionResult,
     ReachResult,
+    Robot,
     Scene,
     Simulation,
     StaticsResult,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from ..analysis.contact_events import ContactEvent
+    from ..analysis.peaks import Peak
     from ..drawing.live.server import LiveView
 
 
@@ -121,6 +123,40 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
     write_result(self, path, title=_text(title))
 
 
+def _pose(self: MotionResult, X: ArrayLike | None = None, *, link: str | None = None) -> NDArray[Any]:
+    """Poses of sections or bodies at the times of the result: `Robot.pose` of its states and times.
+
+    Parameters
+    ----------
+    X : float or array_like, shape (j,), optional
+        Arc lengths on the unstretched rod, metres; by default the tip. None for a rigid link.
+    link : str, optional
+        The link; not needed if there is only one.
+
+    Returns
+    -------
+    pose : ndarray, shape (m, 4, 4) or (m, j, 4, 4)
+        Homogeneous matrices that map section axes to world axes, for each of the m times.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the result has no model with links, or an argument is invalid.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> rubber = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 3})
+    >>> motion = lissom.simulate(lissom.Rod([rubber]), 0.1)
+    >>> motion.pose().shape, motion.pose([0.1, 0.2]).shape
+    ((11, 4, 4), (11, 2, 4, 4))
+    """
+    if not isinstance(self.model, Robot):
+        has = "no model" if self.model is None else f"a {type(self.model).__name__}"
+        raise ValueError(f"result: has {has}, which has no links, expected the result of a Robot or Rod")
+    return self.model.pose(self.q, X, link=link, t=self.t)
+
+
 def _contact_events(self: MotionResult) -> list[ContactEvent]:
     """Times at which surfaces began and ceased to touch.
 
@@ -154,6 +190,79 @@ def _contact_events(self: MotionResult) -> list[ContactEvent]:
     from ..analysis.contact_events import events_of
 
     return events_of(self)
+
+
+def _peaks(self: MotionResult) -> list[Peak]:
+    """The largest curvatures, strains, stresses, forces and overlaps of the motion, with places and times.
+
+    For each rod: curvature of bending and torsion (with those at rest), stretch and shear (as changes of the
+    reference strain), axial strain and stress of the outermost fibre (without shear, torsion and damping),
+    and bending moment, torque and tension in its sections by the balance of forces. For each actuator its
+    force, for each contact its resultant and the largest overlap.
+
+    Rods are looked at in 49 places of each segment, at the times of the result: peaks between these are not
+    seen. Curvature and stress are those of the modes; `StaticsResult.space_error` tells how much these lack.
+
+    Returns
+    -------
+    peaks : list of Peak
+        For each part and quantity the value that is largest in size; first those of rods, then actuators,
+        then contacts. ``1 / value`` of a curvature is the smallest radius of bending.
+
+    Raises
+    ------
+    ValueError
+        If the result has no model (`newmark`) or no states.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> segment = lissom.Segment(1.0, 2e-3, 210e9, 80e9, 7800.0, modes={"bend_y": 4})
+    >>> run = lissom.simulate(lissom.Rod([segment]), 0.5, dt=2e-3)
+    >>> stress = next(peak for peak in run.peaks() if peak.quantity == "axial stress")
+    >>> stress.X  # metres: at the clamp
+    0.0
+    """
+    from ..analysis.peaks import States, peaks_of
+    from ..model.views import view
+
+    if self.model is None:
+        raise ValueError("result: got one of `newmark`, expected one of `simulate`, which knows its model")
+    if not len(self.t):
+        raise ValueError("result: it has no states")
+    return peaks_of(self.model, States(view(self.model), self.q, self.v, self.a, self.t, self.u))
+
+
+def _peaks_statics(
+    self: StaticsResult, model: Model, *, t: float = 0.0, u: ArrayLike | None = None
+) -> list[Peak]:
+    """The largest curvatures, strains, stresses, forces and overlaps of the equilibrium, with their places.
+
+    As `MotionResult.peaks`. Forces are those under the whole loads, also where the search ended below them.
+
+    Parameters
+    ----------
+    model : Model
+        The model of the search.
+    t : float
+        Time of the loads, seconds, as in the search.
+    u : array_like, optional
+        Inputs, as in the search.
+
+    Returns
+    -------
+    peaks : list of Peak
+
+    Raises
+    ------
+    TypeError, ValueError
+        If the model or an argument is invalid.
+    """
+    from ..analysis.peaks import States, peaks_of
+    from ..results.studies import setting_for
+
+    setting = setting_for(model, len(self.q), t, u)
+    return peaks_of(setting.model, States.at_rest(setting.view, self.q, setting.t, setting.u))
 
 
 def _text(title: str) -> str:
@@ -545,6 +654,49 @@ def _scene_of(
     return scenes.to_scene(self, t_end=t_end, name=name, q0=q0, v0=v0, **simulation)
 
 
+def _advice_of_model(self: Model) -> list[str]:
+    """Questions about the model: sizes, moduli, densities and gravity that are probably in other units.
+
+    Also shear that a thick rod leaves out. `Scene.advice` asks more: steps, modes and the method. Reports
+    show the same.
+
+    Returns
+    -------
+    advice : list of str
+        One or two sentences each; empty where nothing is questionable.
+
+    Examples
+    --------
+    >>> import lissom
+    >>> in_millimetres = lissom.Segment(80.0, 4.0, 0.3, 0.1, 1e-6, modes={"bend_y": 3})
+    >>> for sentence in lissom.Rod([in_millimetres]).advice():
+    ...     print(sentence)
+    A Young's modulus of 0.3 Pa is softer than any gel; in pascals rubber has 1e6 and steel 2.1e11.
+    A density of 1e-06 kg/m³ is lighter than foam; water has 1000 and steel 7800.
+    "rod" is 8 m wide; lengths are in metres.
+    """
+    from ..analysis.advice import about_model
+
+    return about_model(self)
+
+
+def _advice_of_scene(self: Scene) -> list[str]:
+    """Questions about the scene before it is run, as `lissom check` asks them.
+
+    What its step, its modes and its method can resolve, by the natural frequencies about the equilibrium
+    (left out if there is none, and for models of more than 100 coordinates), and implausible units. Takes as
+    long as `statics` and two `modes`.
+
+    Returns
+    -------
+    advice : list of str
+        One or two sentences each; often empty.
+    """
+    from ..analysis.advice import advice
+
+    return advice(self)
+
+
 def _save_scene(self: Scene, path: str | os.PathLike[str]) -> None:
     """Write the scene to a file, and beside it what it imports and arrays of 1000 numbers and more.
 
@@ -579,7 +731,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     setattr(owner, name, own)
 
 
-#: What files have of a motion or a shape, as meshes.
+#: File formats of a motion or a shape as meshes.
 MESHES = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
 
 
@@ -587,6 +739,8 @@ def attach() -> None:
     """Attach the methods to the classes of results, models and scenes. Repeated calls have no effect."""
     _attach(Model, "to_scene", _scene_of)
     _attach(Scene, "save", _save_scene)
+    _attach(Model, "advice", _advice_of_model)
+    _attach(Scene, "advice", _advice_of_scene)
     _attach_to_motions()
     _attach_to_studies()
     _attach_to_equilibria()
@@ -613,6 +767,8 @@ def _attach_to_motions() -> None:
     _attach(MotionResult, "picture", _picture, figure)
     _attach(MotionResult, "report", _report)
     _attach(MotionResult, "contact_events", _contact_events)
+    _attach(MotionResult, "peaks", _peaks)
+    _attach(MotionResult, "pose", _pose)
     _attach(MotionResult, "save", _save_motion, texts.SAVE.format(kinds=paraview, model=texts.INSTANT))
     _attach(MotionResult, "to_xarray", _dataset_of_motion, texts.DATASET.format(model="", holds=trajectory))
     _attach(Simulation, "view", _view)
@@ -667,6 +823,7 @@ def _attach_to_equilibria() -> None:
     of_path, a_path = "a path of equilibria", "the path of equilibria, from its beginning to its end,"
     of_rest = texts.REPORT.format(what="an equilibrium", role=role, about="", own="")
     _attach(StaticsResult, "report", _report_statics, of_rest)
+    _attach(StaticsResult, "peaks", _peaks_statics)
     about, lacks = "model : Model\n    The model.\n", "the result has nothing to show"
     figure = texts.PICTURE.format(what="the shape", more="", about=about, setting=texts.SETTING, lacks=lacks)
     _attach(StaticsResult, "picture", _picture_statics, figure)

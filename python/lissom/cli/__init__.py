@@ -2,8 +2,8 @@
 
 Exit codes: 0 done, 1 the simulation failed or could not be written, 2 bad input, 3 a case of the validation
 gallery is outside its tolerance or the stress test regressed, 130 interrupted.
-What takes time to import (NumPy, xarray) is imported where it is used, so that ``--help`` is quick; a command
-itself is imported when it is called or listed.
+Modules that take time to import (NumPy, xarray) are imported where they are used, so that ``--help`` is
+quick; a command itself is imported when it is called or listed.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def load(path: Path) -> Scene:
 
 
 def _may_import_anywhere() -> bool:
-    """The option of the program, which stands before the command."""
+    """The option of the program, which is given before the command."""
     context = click.get_current_context(silent=True)
     return context is not None and bool(context.find_root().params.get("import_anywhere"))
 

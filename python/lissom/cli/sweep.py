@@ -25,7 +25,7 @@ else:
     # Older versions of click have no type parameter here.
     Converter = click.ParamType
 
-#: What `--over` takes, in words.
+#: The form of `--over`, in words.
 FORM = "KEY=FROM:TO:N, KEY=FROM:TO:N:log or KEY=A,B,C"
 
 #: Most values of a key.

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     """Compare lissom with known answers.
 
-    Compares with closed forms, independent solutions, other codes and published numbers, in some seconds (a
+    Compares with closed forms, independent solutions, other codes and published numbers, in a few seconds (a
     minute with PyElastica). Prints a table; writes an HTML report with a plot for each case, and the numbers.
     Names the cases that are left out because a code is not installed.
 

@@ -1,1 +1,1 @@
-"""What all rooms use: checked arguments, files, Ctrl-C, optional packages. Imports nothing itself."""
+"""Shared by all rooms: checked arguments, files, Ctrl-C, optional packages. Imports nothing itself."""

@@ -83,7 +83,7 @@ def read_given(path: str | os.PathLike[str]) -> bytes:
 def write(path: str | os.PathLike[str], content: bytes | str) -> None:
     """Write a file; an existing one is replaced by the complete new one, or stays as it is.
 
-    Text is encoded as UTF-8. What is not a regular file, such as ``/dev/stdout``, is written directly.
+    Text is encoded as UTF-8. Anything but a regular file, such as ``/dev/stdout``, is written directly.
 
     Raises
     ------

@@ -102,7 +102,7 @@ def of_motion(
     view: str | ArrayLike | None,
     width: float,
 ) -> None:
-    """Write a figure of a motion at some times."""
+    """Write a figure of a motion at the given times."""
     path, width, towards = _checked(path, width, view)
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")

@@ -27,7 +27,7 @@ SHADE, LIGHT = 0.5, np.array([-0.35, 0.55, 0.76])
 #: Larger triangles are cut, relative to the diagonal of the figure: they are sorted by their middles.
 LARGEST = 0.04
 
-#: What is less far inside an obstacle is not hidden, relative to the longest sides of triangles.
+#: Depth inside an obstacle up to which triangles are not hidden, relative to the longest sides of triangles.
 TOUCHING = 0.25
 
 #: Width of the edges of polygons, points: they cover the seams between neighbours, also at the 120 pixels per
@@ -147,7 +147,7 @@ def _hiding(obstacles: Array, shape: Array, side: float) -> tuple[NDArray[np.boo
     """Which triangles (m, 3, 3) of obstacles are before and behind triangles (n, 3, 3) of a shape somewhere.
 
     They are before all of it in one of their squares, or before or behind it at the middle of one of both; no
-    side is longer than `side`. What reaches a little into an obstacle is before it.
+    side is longer than `side`. Parts that reach a little into an obstacle count as before it.
     """
     is_before, is_behind = np.zeros((2, len(obstacles)), bool)
     if not len(obstacles) or not len(shape):

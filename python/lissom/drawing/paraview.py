@@ -115,7 +115,7 @@ def _write(t: Array, drawn: Sequence[_Drawn]) -> bytes:
     points = np.concatenate([each.points for each in drawn], axis=1)
     steps, per_step = points.shape[:2]
     names = dict.fromkeys(name for each in drawn for name in each.data)
-    # What only rods have is not a number elsewhere.
+    # Data of rods alone are not a number elsewhere.
     lacking = [np.full(each.points.shape[:2], np.nan) for each in drawn]
     content = io.BytesIO()
     with h5py.File(content, "w") as file:

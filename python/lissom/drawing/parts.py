@@ -62,7 +62,7 @@ def parts(seen: View, q: Array, v: Array, u: Array, t: Array) -> tuple[list[Part
 
     For coordinates and velocities (shapes, n), inputs (shapes, inputs) and times (shapes,).
     """
-    tubes = [solids.tube(link, q, np.zeros_like(v), t, 0.0, _opacity(seen)) for link in seen.links]
+    tubes = [solids.tube(link, q, np.zeros_like(v), t, u, 0.0, _opacity(seen)) for link in seen.links]
     bodies = [solids.ellipsoid(solid, q, t, _least(seen, solid.semi_axes)) for solid in seen.solids]
     low, high = layers.extent([*tubes, *bodies])
     low, high = drawing.box(low, high, 0.04 * float((high - low).max()))

@@ -113,7 +113,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         self._randomise = checked_randomise(randomise)
         self._workers = None if workers is None else _count("workers", workers)
         self.simulations = self._motions()
-        # What belongs to each row: random numbers with their seeds; no goals before the first reset.
+        # The state of each row: random numbers with their seeds; no goals before the first reset.
         self._randoms = [seeding.np_random() for _ in range(self.num_envs)]
         self._goals: Array | None = None
         self._elapsed = np.zeros(self.num_envs, dtype=int)

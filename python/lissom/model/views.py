@@ -84,6 +84,13 @@ class Link:
     #: Velocities (k, 6) of a section, angular first, in world axes, for (k, n) coordinates and velocities, an
     #: arc length and (k,) times.
     velocity: Callable[[Array, Array, float, Array], Array] | None = None
+    #: Moments and forces (k, m, 6) in sections as from `Rod.internal_wrench`, for (k, n) coordinates,
+    #: velocities and accelerations, arc lengths (m,), (k,) times and (k, inputs) inputs.
+    wrench: Callable[[Array, Array, Array, Array, Array, Array], Array] | None = None
+    #: The part of it that the material exerts by its elasticity, for coordinates, arc lengths, times, inputs.
+    elastic_wrench: Callable[[Array, Array, Array, Array], Array] | None = None
+    #: Arc lengths at which loads, bodies and supports act: forces jump there.
+    marks: Sequence[float] = ()
 
     @cached_property
     def stations(self) -> Array:
@@ -240,6 +247,9 @@ def of_rod(rod: Rod) -> View:
                 lambda q, X, t: rod.pose(q, X, t=t),
                 lambda q, X: rod.strain(q, X),
                 lambda q, v, X, t: rod.velocity(q, v, X, t=t),
+                lambda q, v, a, X, t, u: rod.internal_wrench(q, v, a, X, t=t, u=u),
+                partial(_elastic_wrench_along, rod, None),
+                _marks(rod, None),
             )
         ],
         glyphs_of=(rod, [Load(force=rod.tip_force, moment=rod.tip_moment), *rod.loads]),
@@ -297,6 +307,9 @@ def of_robot(robot: Robot) -> View:
                 partial(_pose_along, robot, link.name),
                 partial(_strain_along, robot, link.name),
                 partial(_velocity_along, robot, link.name),
+                partial(_wrench_along, robot, link.name),
+                partial(_elastic_wrench_along, robot, link.name),
+                _marks(robot, link.name),
             )
             for link in links
             if link.rod is not None
@@ -385,6 +398,27 @@ def _strain_along(robot: Robot, link: str, q: Array, X: Array) -> Array:
 
 def _velocity_along(robot: Robot, link: str, q: Array, v: Array, X: float, t: Array) -> Array:
     return robot.velocity(q, v, X, link=link, t=t)
+
+
+def _elastic_wrench_along(robot: Robot, link: str | None, q: Array, X: Array, t: Array, u: Array) -> Array:
+    rest = np.zeros_like(q)
+    return robot.internal_wrench(q, rest, rest, X, link=link, t=t, u=u, by="material")
+
+
+def _marks(robot: Robot, link: str | None) -> list[float]:
+    """Arc lengths of a link's rod at which loads, bodies and supports act."""
+    places = [
+        *((load.link, load.at) for load in robot.loads),
+        *((body.link, body.at) for body in robot.bodies),
+        *((support.link, support.at) for support in robot.supports),
+    ]
+    return sorted({float(at) for name, at in places if name in (link, None) and at is not None})
+
+
+def _wrench_along(
+    robot: Robot, link: str, q: Array, v: Array, a: Array, X: Array, t: Array, u: Array
+) -> Array:
+    return robot.internal_wrench(q, v, a, X, link=link, t=t, u=u)
 
 
 def _pose_of_tip(robot: Robot, link: str, q: Array, t: float | Array) -> Array:

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
         | FitResult
     )
 
-#: What writes a result and its model.
+#: A function that writes a result and its model.
 Writer = Callable[[Any, Any], bytes]
 
 #: First bytes of a ``.lissom`` file; the record follows.
@@ -66,7 +66,7 @@ OLD_HEAD = b"lissom record 1\n"
 #: First line of a record: the version that wrote it.
 VERSION = f"{__version__}\n".encode()
 
-#: What separates the version from the checksum of the record in this line. Older records have no checksum.
+#: Separates the version from the checksum of the record in this line. Older records have no checksum.
 CHECKSUM = b" crc32:"
 
 #: Hint in messages about models that cannot be saved.

@@ -1,4 +1,4 @@
-"""What is imported of a URDF file, and what is not."""
+"""The imported and the ignored content of a URDF file."""
 
 from __future__ import annotations
 

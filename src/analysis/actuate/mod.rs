@@ -59,7 +59,7 @@ use crate::model::{Dynamics as _, InTime as _};
 use crate::numerics::linalg::{Matrix, full_svd, norm};
 use crate::numerics::roots::System as _;
 use crate::numerics::roots::least_squares;
-use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, solve};
+use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, SecondOrder, solve};
 use crate::robot::effects::actuator::{Actuator, Drive, Tendon};
 use crate::robot::{Robot, RobotModel};
 use commands::{Command, Kind, commands};
@@ -390,7 +390,8 @@ fn find(
 }
 
 fn search_of(options: &Options, tolerance: f64) -> least_squares::Options {
-    least_squares::Options { tolerance, terms: TERMS, max_iter: options.max_iter, second_order: false }
+    let (max_iter, second_order) = (options.max_iter, SecondOrder::WhereSlow);
+    least_squares::Options { tolerance, terms: TERMS, max_iter, second_order }
 }
 
 /// Finds the best inputs near x. Equal weights come first, because they converge fastest; if all targets can

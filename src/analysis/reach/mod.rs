@@ -35,7 +35,7 @@ use crate::analysis::statics::Monitor;
 use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
 use crate::model::{Dynamics as _, Elastic as _, rotation_vectors};
 use crate::numerics::roots::least_squares;
-use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, solve};
+use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, SecondOrder, solve};
 use crate::robot::{Origin, Robot, RobotModel, origin};
 use misfit::Misfit;
 use preference::{form_of, unwind};
@@ -115,7 +115,7 @@ fn search(
         tolerance: options.tol,
         terms: 1.0,
         max_iter: options.max_iter,
-        second_order: false,
+        second_order: SecondOrder::WhereSlow,
     };
     let mut counters = Counters::default();
     let mut x = scaled(q0);

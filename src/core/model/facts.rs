@@ -47,6 +47,8 @@ pub struct Facts {
     pub has_one_sided_forces: bool,
     /// Whether tendons rub where they bend: how much is lost by that depends on the way, so that such forces have no potential.
     pub has_tendon_friction: bool,
+    /// Whether joints, tendons or contacts rub: dry friction, whose forces change within a small velocity from one side to the other.
+    pub has_dry_friction: bool,
     /// Whether forces other than material damping depend on velocities: drag, a current, a moving base. The
     /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
     /// unsymmetric part to the stiffness and a rotating base a negative part.
@@ -101,6 +103,7 @@ impl Facts {
             has_stops: false,
             has_one_sided_forces: false,
             has_tendon_friction: false,
+            has_dry_friction: false,
             has_velocity_forces: false,
             is_damped: true,
             is_driven: false,

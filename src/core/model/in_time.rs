@@ -27,6 +27,9 @@ pub trait Excitation: InTime {
     /// step there. Infinite without excitation, or if nothing is known about it.
     fn horizon(&self, t: f64) -> f64;
 
+    /// From now on, adaptive methods end steps at these increasing times, too: of jumps that functions of time do not tell.
+    fn end_steps_at(&mut self, times: &[f64]);
+
     /// The next time at which a step of fixed size must end, because the excitation has a corner there that the
     /// step would not resolve.
     fn corner(&self, cell: Cell) -> Option<f64>;

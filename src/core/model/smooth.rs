@@ -44,6 +44,8 @@ impl<M: Smooth + InTime> Excitation for M {
         f64::INFINITY
     }
 
+    fn end_steps_at(&mut self, _times: &[f64]) {}
+
     fn corner(&self, _cell: Cell) -> Option<f64> {
         None
     }

@@ -22,6 +22,8 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
     });
     let actuators = &plan.effects.actuation.actuators;
     let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());
+    let has_tendon_friction = actuators.iter().any(|actuator| actuator.friction.is_some());
+    let has_rough_contact = robot.contacts.iter().any(|contact| contact.friction != [0.0; 3]);
     let are_sections_separate = coordinates.are_own() && robot.has_separate_sections();
     let are_lengths_free = are_sections_separate && robot.has_all_at_tips();
     let vary_coordinates = coordinates.vary_in_time();
@@ -38,7 +40,8 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         has_contact,
         has_stops,
         has_one_sided_forces: has_contact || has_stops || robot.actuators.iter().any(Actuator::is_one_sided),
-        has_tendon_friction: actuators.iter().any(|actuator| actuator.friction.is_some()),
+        has_tendon_friction,
+        has_dry_friction: has_tendon_friction || has_rough_contact || sweeps.has_joint_friction(),
         has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
         is_damped: sweeps.is_damped(),
         is_driven: vary_coordinates || sweeps.is_driven(),

@@ -10,10 +10,14 @@ use crate::integrators::ode::radau_iia::{
     transform,
 };
 use crate::integrators::second_order::{Counters, Failure, System, model_at};
-use crate::model::Tied;
 use crate::model::constraint::Saddle;
+use crate::model::{Facts, Tied};
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
 use crate::numerics::tape::Tape;
+
+/// Allowed error of the iteration, relative to the tolerances, where dry friction acts. Errors of velocities beyond the small one at
+/// which friction changes its side make wrong accelerations, which the next step extrapolates: its iteration does not converge.
+const WITH_FRICTION: f64 = 1e-5;
 
 /// So many steps begin with the tangents of each stage after one that needed them.
 const STEPS_BY_STAGE: u32 = 16;
@@ -57,6 +61,8 @@ pub(super) struct Stages {
     /// Number of unknowns of a stage: accelerations, and multipliers of constraints.
     unknowns: usize,
     newton_tolerance: f64,
+    /// Whether errors that may be rounding of gaps are errors of a step.
+    rounding_counts: bool,
     /// dr/dq, dr/dv and dr/da.
     tangents: [Matrix; 3],
     /// The derivative of the constraints.
@@ -118,6 +124,7 @@ impl Stages {
             n,
             unknowns,
             newton_tolerance: Iteration::tolerance(rtol),
+            rounding_counts: true,
             tangents: [square(), square(), square()],
             constraints: Matrix::zeros(constraints, n),
             tangents_are_current: false,
@@ -145,6 +152,15 @@ impl Stages {
             error: vectors(2),
             work: vectors(2),
         }
+    }
+
+    /// Makes the iteration as accurate as dry friction needs it, and says whether rounding of gaps counts as an error. Where
+    /// tendons become taut it does: short steps at a length that jumps are known by it.
+    pub(super) fn follow(&mut self, facts: &Facts) {
+        if facts.has_dry_friction {
+            self.newton_tolerance = self.newton_tolerance.min(WITH_FRICTION);
+        }
+        self.rounding_counts = facts.is_one_sided;
     }
 
     /// How many unknowns of a stage there are.
@@ -425,13 +441,7 @@ impl Stages {
         let x = h / MU_REAL;
         for dy in self.dy.chunks_exact_mut(2 * self.n) {
             let (dq, dv) = dy.split_at_mut(self.n);
-            for ((dq, dv), noise) in dq.iter_mut().zip(dv).zip(&self.noise) {
-                let noise = ROUNDING_NOISE * noise;
-                // NaN stays.
-                if dq.abs() <= noise && dv.abs() <= noise / x {
-                    (*dq, *dv) = (0.0, 0.0);
-                }
-            }
+            drop_rounding([dq, dv], &self.noise, x);
         }
         let size = norm_of_stages(&self.dy, scale);
         if size <= NEGLIGIBLE * self.newton_tolerance { 0.0 } else { size }
@@ -548,6 +558,10 @@ impl Stages {
             }
             self.systems.solve_real(&mut self.scratch);
             error.copy_from_slice(&self.scratch[..n]);
+        }
+        if !self.rounding_counts {
+            let (e_q, e_v) = self.error.split_at_mut(n);
+            drop_rounding([e_q, e_v], &self.noise, x);
         }
     }
 
@@ -670,6 +684,17 @@ impl Stages {
         {
             // Where it fails, the next step meets that, too.
             let _ = self.systems.factorise(h, &self.tangents, &self.constraints, &mut Counters::default());
+        }
+    }
+}
+
+/// Sets changes of displacements and velocities to zero where they may be rounding of the gaps.
+fn drop_rounding([dq, dv]: [&mut [f64]; 2], noise: &[f64], x: f64) {
+    for ((dq, dv), noise) in dq.iter_mut().zip(dv).zip(noise) {
+        let noise = ROUNDING_NOISE * noise;
+        // NaN stays.
+        if dq.abs() <= noise && dv.abs() <= noise / x {
+            (*dq, *dv) = (0.0, 0.0);
         }
     }
 }

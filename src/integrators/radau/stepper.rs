@@ -123,7 +123,7 @@ impl Stepper {
         Ok(self.status)
     }
 
-    /// Memory for the multipliers of constraints, where there are any.
+    /// Memory for the multipliers of constraints, where there are any, and how accurate iterations must be.
     fn prepare<S: System + ?Sized>(&mut self, system: &S) {
         let (n, constraints) = (self.q.len(), system.facts().constraints());
         if self.stages.unknowns() != n + constraints {
@@ -131,6 +131,7 @@ impl Stepper {
             self.a.resize(n + constraints, 0.0);
             self.a_old.resize(n + constraints, 0.0);
         }
+        self.stages.follow(system.facts());
     }
 
     fn select_first_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<f64, Interrupted> {

@@ -29,6 +29,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::Parameters;
 use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Ensemble, Keep, Monitor, Outcome, Size};
+use crate::simulation::time_limit::TimeLimit;
 
 pub(super) use self::result::PyEnsembleResult;
 
@@ -71,6 +72,8 @@ pub(super) use self::result::PyEnsembleResult;
 ///     `SpringPendulum`.
 /// memory_limit : float
 ///     Memory limit in bytes, by default 4 GiB. An ensemble that needs more raises before the first run.
+/// max_seconds : float, optional
+///     Limit of the wall-clock time of each run, seconds, as for `simulate`: rows that take longer have the status 'time_limit'.
 /// method, dt, jac, rtol, atol, t_eval, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step, max_steps, predictor, reuse_jacobian : optional
 ///     As for `simulate`. Adaptive steps of the Newmark family need `t_eval`, because their times differ between rows, except
 ///     with keep='final'.
@@ -105,12 +108,12 @@ pub(super) use self::result::PyEnsembleResult;
         model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
         places=None, memory_limit=MEMORY_LIMIT, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
         gamma=None, alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_steps=None, predictor=None,
-        reuse_jacobian=None
+        reuse_jacobian=None, max_seconds=None
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=False, \
                       keep='states', places=None, memory_limit=4294967296.0, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, \
-                      max_step=None, min_step=0.0, max_steps=None, predictor='best', reuse_jacobian=True)"
+                      max_step=None, min_step=0.0, max_steps=None, predictor='best', reuse_jacobian=True, max_seconds=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate_many<'py>(
@@ -142,6 +145,7 @@ pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
     #[pyo3(from_py_with = arguments::optional_text::predictor)] predictor: Option<&str>,
     #[pyo3(from_py_with = arguments::optional_flag::reuse_jacobian)] reuse_jacobian: Option<bool>,
+    #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
 ) -> PyResult<PyEnsembleResult> {
     let py = model.py();
     let keep = keep_of(keep)?;
@@ -181,6 +185,7 @@ pub(crate) fn simulate_many<'py>(
         inputs: inputs_of_rows,
         configuration,
         t_eval: times(t_eval)?,
+        limit: TimeLimit::new(max_seconds, t_end).or_raise()?,
         keep,
         of_function: Mutex::new(None),
     };

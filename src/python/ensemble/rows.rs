@@ -22,6 +22,7 @@ use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Keep, Monitor, Refusal, Run};
 use crate::simulation::methods::Configuration;
 use crate::simulation::simulate::{Control, Simulation, slackness, times_of_run};
+use crate::simulation::time_limit::TimeLimit;
 
 /// Arguments of all runs.
 pub(super) struct Rows {
@@ -35,6 +36,8 @@ pub(super) struct Rows {
     pub(super) inputs: Inputs,
     pub(super) configuration: Configuration,
     pub(super) t_eval: Option<Vec<f64>>,
+    /// Limit of each run.
+    pub(super) limit: TimeLimit,
     pub(super) keep: Keep,
     /// First exception of a function of time.
     pub(super) of_function: Mutex<Option<PyErr>>,
@@ -123,6 +126,11 @@ impl Rows {
         let model = self.models.of_row(row).get().native();
         let [q0, v0] = self.start(row);
         let t_eval = self.t_eval.as_deref();
+        let mut limit = self.limit.again();
+        let monitor = &mut |t| {
+            limit.check(t)?;
+            monitor(t)
+        };
         let simulated = match &self.configuration {
             Configuration::Accuracy(request) => {
                 model.boxed_clone().simulate_to_accuracy(self.t_span, q0, v0, *request, t_eval, monitor)
@@ -140,7 +148,8 @@ impl Rows {
                 simulated.map(|simulation| (simulation, None))
             }
         };
-        let (simulation, replacement) = simulated.map_err(Refusal::Input)?;
+        let (mut simulation, replacement) = simulated.map_err(Refusal::Input)?;
+        limit.judge(&mut simulation);
         let model = &mut *replacement.unwrap_or(model);
         let mut run = Run { simulation, slack: Vec::new(), poses: Vec::new() };
         let observed = raised_by_function().and_then(|()| {

@@ -17,6 +17,7 @@ use pyo3::types::{PyDict, PyList, PySlice, PyTuple};
 
 use self::states::At;
 use super::arguments;
+use super::curve::{self, PyCurveResult};
 use super::part::{model_of, new_arguments, resolved};
 use super::reach::{PyReachResult, Wishes};
 use super::signal::Functions;
@@ -652,6 +653,22 @@ impl PyRobot {
         let weights = [position_weight, orientation_weight];
         let wishes = Wishes { q0, bounds, prefer, tol, max_iter, restarts };
         targets::reach(self, link, pose, (X, point), weights, &wishes, t)
+    }
+
+    /// The coordinates with which a rod follows given points best.
+    ///
+    #[doc = include_str!("coordinates_of.txt")]
+    #[pyo3(signature = (points, frames=None, *, X=None, link=None, q0=None))]
+    fn coordinates_of<'py>(
+        &self,
+        points: &Bound<'py, PyAny>,
+        frames: Option<&Bound<'py, PyAny>>,
+        X: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
+        q0: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<PyCurveResult> {
+        let given = curve::Given { points, frames, x: X, link, q0 };
+        curve::coordinates_of(points.py(), self.description(), &given)
     }
 
     /// Moment and force that the base exerts on the robot during a motion.

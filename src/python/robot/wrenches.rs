@@ -7,7 +7,6 @@ use pyo3::types::PyString;
 use super::class::PyRobot;
 use super::states::{At, flat};
 use crate::python::errors::OrRaise as _;
-use crate::robot::Place;
 
 /// A state, and the name of what is asked for, which may stand before the state as well as behind it by its argument.
 pub(super) fn named_state<'a, 'py>(
@@ -79,11 +78,11 @@ pub(super) fn internal<'py>(
     let (sections, shape) = robot.sections(&model, x, link)?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
     robot.of_states(model, states, at, "internal_wrench", &shape, &mut |model, [q, qd, qdd]| {
-        let wrench = |section: &Place| match is_balanced {
-            true => model.internal_wrench_at(q, qd, qdd, section),
-            false => model.material_wrench_at(q, qd, section),
+        let wrenches: Vec<_> = match is_balanced {
+            true => model.internal_wrenches_at(q, qd, qdd, &sections),
+            false => sections.iter().map(|section| model.material_wrench_at(q, qd, section)).collect(),
         };
-        sections.iter().map(wrench).flat_map(flat).collect()
+        wrenches.into_iter().flat_map(flat).collect()
     })
 }
 

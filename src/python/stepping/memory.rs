@@ -10,6 +10,7 @@ use super::super::simulate::with_python_names;
 use crate::error::{InvalidInput, Number};
 use crate::python::errors::OrRaise as _;
 use crate::simulation::stepping::{Method, Status};
+use crate::simulation::time_limit::TimeLimit;
 
 /// Maximum number of steps of a model of one coordinate in a call before other threads may run: about 0.1 ms.
 /// To reacquire the interpreter may take longer than a short call.
@@ -28,6 +29,8 @@ pub(super) struct Start {
 pub(super) struct Memory {
     pub(super) start: Start,
     pub(super) run: Box<dyn Stepped>,
+    /// Limit of the wall-clock time of each interval.
+    pub(super) limit: TimeLimit,
     /// Memory for inputs.
     pub(super) inputs: Vec<f64>,
     pub(super) outcome: Outcome,
@@ -66,8 +69,14 @@ impl Outcome {
 
 impl Memory {
     /// A run from this start, with the initial accelerations computed.
-    pub(super) fn begin(py: Python<'_>, model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
-        let mut memory = Self::prepare(model, method, start)?;
+    pub(super) fn begin(
+        py: Python<'_>,
+        model: &PyModel,
+        method: &Method,
+        limit: TimeLimit,
+        start: Start,
+    ) -> PyResult<Self> {
+        let mut memory = Self::prepare(model, method, limit, start)?;
         let begun = or_raised(py.detach(|| memory.run.begin()))?;
         if let Some(status) = begun {
             memory.outcome = Outcome::Ended(status);
@@ -75,19 +84,20 @@ impl Memory {
         Ok(memory)
     }
 
-    fn prepare(model: &PyModel, method: &Method, start: Start) -> PyResult<Self> {
+    fn prepare(model: &PyModel, method: &Method, limit: TimeLimit, start: Start) -> PyResult<Self> {
         check_start_time(start.t).or_raise()?;
         let t_span = (start.t, start.t + method.dt());
         let run = model.native().run(t_span, &start.q, &start.v, method);
         let run = run.map_err(with_python_names).or_raise()?;
         run.end_of(None).or_raise()?;
         let inputs = run.inputs().to_vec();
-        Ok(Self { start, run, inputs, outcome: Outcome::Ready })
+        Ok(Self { start, run, limit, inputs, outcome: Outcome::Ready })
     }
 
     pub(super) fn message(&mut self) -> String {
         match &self.outcome {
             Outcome::Ready => "No step was made yet.".to_owned(),
+            Outcome::Ended(Status::TimeLimit) => self.limit.message(Some(self.run.t())),
             Outcome::Ended(status) => self.run.explain(*status),
             Outcome::Raised => "The last step was ended by an exception.".to_owned(),
             Outcome::Told(.., message) => message.clone(),
@@ -97,9 +107,11 @@ impl Memory {
     /// Advances to the end of this interval: a few steps with the interpreter, the rest without.
     pub(super) fn finish(&mut self, py: Python<'_>) -> PyResult<Status> {
         let mut raised = Raised::default();
+        let mut limit = self.limit.again();
         let run = &mut *self.run;
         for _ in 0..STEPS_WITH_INTERPRETER / run.state()[0].len().max(1) {
             match run.watched_step() {
+                Ok(None) if limit.check(run.t()).is_err() => return Ok(Status::TimeLimit),
                 Ok(None) => {}
                 Ok(Some(status)) => return Ok(status),
                 Err(_) => {
@@ -108,8 +120,17 @@ impl Memory {
                 }
             }
         }
-        let finished = py.detach(|| run.finish(&mut signals(&mut raised)));
+        let finished = py.detach(|| {
+            let mut signals = signals(&mut raised);
+            run.finish(&mut |t| {
+                limit.check(t)?;
+                signals(t)
+            })
+        });
         raised.into_result()?;
+        if limit.is_reached() {
+            return Ok(Status::TimeLimit);
+        }
         Ok(finished.unwrap_or_else(|_| run.interrupted()))
     }
 
@@ -118,6 +139,7 @@ impl Memory {
         Self {
             start: self.start.clone(),
             run: self.run.boxed_clone(),
+            limit: self.limit,
             inputs: self.inputs.clone(),
             outcome: self.outcome.clone(),
         }

@@ -20,6 +20,7 @@ use crate::integrators::newmark::Parameters;
 use crate::python::errors::OrRaise as _;
 use crate::simulation::methods::Configuration;
 use crate::simulation::simulate::Method;
+use crate::simulation::time_limit::TimeLimit;
 
 /// A simulation that you advance step by step, with inputs.
 ///
@@ -41,6 +42,9 @@ use crate::simulation::simulate::Method;
 ///     Initial time, seconds.
 /// rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
 ///     As for `simulate`.
+/// max_seconds : float, optional
+///     Limit of the wall-clock time of each call of `step`, seconds, looked at after every step of the method. A call that takes longer
+///     ends with the status 'time_limit' at the time `t` that it has reached; the next one continues from there.
 ///
 /// Attributes
 /// ----------
@@ -113,10 +117,10 @@ impl PySimulation {
     #[pyo3(
         signature = (
             model, *, dt, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
-            alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0
+            alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None
         ),
         text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
-                          gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, min_step=0.0)"
+                          gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, min_step=0.0, max_seconds=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
@@ -135,6 +139,7 @@ impl PySimulation {
         #[pyo3(from_py_with = arguments::optional_flag::adaptive)] adaptive: Option<bool>,
         #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
         #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
+        #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
     ) -> PyResult<Self> {
         let py = model.py();
         let Ok(model) = model.cast::<PyModel>() else {
@@ -160,6 +165,7 @@ impl PySimulation {
             ("rho_inf", rho_inf),
             ("max_step", max_step),
             ("min_step", (min_step != 0.0).then_some(min_step)),
+            ("max_seconds", max_seconds),
         ];
         for (name, value) in numbers {
             if let Some(value) = value {
@@ -191,7 +197,8 @@ impl PySimulation {
             ));
         };
         let start = start(n, q0, v0, t0)?;
-        let memory = Memory::begin(py, model.get(), &method, start)?;
+        let limit = TimeLimit::new(max_seconds, f64::INFINITY).or_raise()?;
+        let memory = Memory::begin(py, model.get(), &method, limit, start)?;
         let model = model.clone().unbind();
         Ok(Self { model, options: options.unbind(), method, memory: Mutex::new(memory) })
     }
@@ -270,7 +277,10 @@ impl PySimulation {
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t0)] t0: Option<f64>,
     ) -> PyResult<()> {
-        let last = self.memory()?.start.clone();
+        let (last, limit) = {
+            let memory = self.memory()?;
+            (memory.start.clone(), memory.limit)
+        };
         let n = last.q.len();
         let given = start(n, q0, v0, t0.unwrap_or(last.t))?;
         let start = Start {
@@ -278,7 +288,7 @@ impl PySimulation {
             q: if q0.is_some() { given.q } else { last.q },
             v: if v0.is_some() { given.v } else { last.v },
         };
-        let memory = Memory::begin(py, self.model.get(), &self.method, start)?;
+        let memory = Memory::begin(py, self.model.get(), &self.method, limit, start)?;
         *self.memory()? = memory;
         Ok(())
     }

@@ -23,6 +23,8 @@ use crate::error::Interrupted;
 use crate::numerics::parallel;
 use crate::python::errors::OrRaise as _;
 use crate::simulation::simulate::Method;
+use crate::simulation::stepping::Status;
+use crate::simulation::time_limit::TimeLimit;
 
 /// Memory of the smallest row, in numbers: measured as 1.4 kB for a spring pendulum.
 const NUMBERS_OF_A_ROW: usize = 170;
@@ -49,7 +51,7 @@ const NUMBERS_OF_A_ROW: usize = 170;
 /// workers : int, optional
 ///     Maximum number of threads; by default the number of processors. Steps that take less than about 0.2 ms
 ///     in total run in the calling thread.
-/// method, rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step : optional
+/// method, rtol, atol, beta, gamma, alpha, rho_inf, adaptive, max_step, min_step, max_seconds : optional
 ///     As for `Simulation`.
 ///
 /// Attributes
@@ -113,6 +115,7 @@ impl PySimulations {
     fn begin<'a>(
         py: Python<'_>,
         method: &Method,
+        limit: TimeLimit,
         starts: impl Iterator<Item = (&'a Py<PyModel>, Start)>,
     ) -> PyResult<Vec<Memory>> {
         let mut rows: Vec<Memory> = Vec::with_capacity(starts.size_hint().0);
@@ -120,7 +123,7 @@ impl PySimulations {
         for (model, start) in starts {
             let row = match rows.last() {
                 Some(last) if before == Some(model.as_ptr()) && last.start == start => last.copy(),
-                _ => Memory::begin(py, model.get(), method, start)
+                _ => Memory::begin(py, model.get(), method, limit, start)
                     .map_err(|error| of_row(py, rows.len(), &error))?,
             };
             before = Some(model.as_ptr());
@@ -230,13 +233,16 @@ impl PySimulations {
                 rows,
                 self.workers,
                 |row, is_over| {
-                    let go_on = |_| if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) };
-                    let outcome = row.run.finish(&mut { go_on });
+                    let mut limit = row.limit.again();
+                    let outcome = row.run.finish(&mut |t| {
+                        if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { limit.check(t) }
+                    });
                     row.run.shorten_rotation_vectors();
                     if let Err(error) = raised_by_function() {
                         of_function.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
                     }
-                    row.outcome = Outcome::Ended(outcome?);
+                    row.outcome =
+                        Outcome::Ended(if limit.is_reached() { Status::TimeLimit } else { outcome? });
                     Ok(())
                 },
                 &mut || watch(0.0),
@@ -284,7 +290,7 @@ impl PySimulations {
         signature = (model, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
         text_signature = "(model, count=None, *, dt, method='newmark', q0=None, v0=None, t0=0.0, workers=None, rtol=1e-06, \
                           atol=1e-09, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
-                          min_step=0.0)"
+                          min_step=0.0, max_seconds=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
@@ -317,7 +323,9 @@ impl PySimulations {
         arguments.set_item("v0", v)?;
         let pattern = pattern.call((first,), Some(&arguments))?.cast_into::<PySimulation>()?;
         let PySimulation { options, method, .. } = pattern.get();
-        let rows = Self::begin(py, method, models.iter().enumerate().map(|(i, model)| (model, start(i))))?;
+        let limit = pattern.get().memory()?.limit;
+        let rows =
+            Self::begin(py, method, limit, models.iter().enumerate().map(|(i, model)| (model, start(i))))?;
         let (options, method) = (options.clone_ref(py), method.clone());
         Ok(Self { models, options, method, workers, n, inputs, rows: Mutex::new(rows) })
     }
@@ -406,10 +414,12 @@ impl PySimulations {
         let chosen = self.chosen(which)?;
         let q0 = Vectors::read_optional(q0, chosen.len(), self.n, "q0")?;
         let v0 = Vectors::read_optional(v0, chosen.len(), self.n, "v0")?;
-        let last: Vec<Start> = {
+        let (last, limit): (Vec<Start>, _) = {
             let rows = self.rows()?;
-            chosen.iter().map(|&row| rows[row].start.clone()).collect()
+            let limit = rows.first().map(|row| row.limit);
+            (chosen.iter().map(|&row| rows[row].start.clone()).collect(), limit)
         };
+        let Some(limit) = limit else { return Ok(()) };
         let starts = chosen.iter().zip(last).enumerate().map(|(i, (&row, last))| {
             let start = Start {
                 t: t0.unwrap_or(last.t),
@@ -418,7 +428,7 @@ impl PySimulations {
             };
             (&self.models[row], start)
         });
-        let begun = Self::begin(py, &self.method, starts)?;
+        let begun = Self::begin(py, &self.method, limit, starts)?;
         let mut rows = self.rows()?;
         for (row, memory) in chosen.into_iter().zip(begun) {
             rows[row] = memory;

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use super::following::Following;
 use super::integrator::{DOP853, Integrator, RADAU};
 use crate::analysis::spectrum::Spectrum;
+use crate::model::Facts;
 
 /// The chosen method, and the reason.
 #[derive(Clone, Debug)]
@@ -16,37 +17,59 @@ pub(super) struct Choice {
     /// Scale between errors of velocities and of coordinates, in rad/s: between the lowest frequency and the
     /// highest one to be resolved.
     pub(super) frequency: f64,
+    /// Steps of the explicit method beyond which the implicit one is expected to cost less.
+    pub(super) worth: usize,
     /// Reason in one sentence.
     pub(super) reason: String,
 }
+
+/// The explicit method may cost this many times what was expected of the implicit one, and make so many steps in any case.
+const PATIENCE: f64 = 4.0;
+const FEW_STEPS: f64 = 300.0;
 
 impl Choice {
     /// The implicit method, for models without a spectrum.
     pub(super) fn implicit() -> Self {
         let reason = "Method: radau.".to_owned();
-        Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, reason }
+        Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, worth: usize::MAX, reason }
     }
 
     /// Compares the costs of one second of motion. Models with closed loops use Radau, which includes the
     /// constraints in the equations of its steps, whereas explicit methods project after each step.
-    pub(super) fn new(spectrum: &Spectrum, following: &Following, tolerance: f64, has_loops: bool) -> Self {
+    pub(super) fn new(
+        spectrum: &Spectrum,
+        following: &Following,
+        tolerance: f64,
+        facts: &Facts,
+        duration: f64,
+    ) -> Self {
+        let has_loops = facts.constraints() > 0;
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).filter(|&w| w > 0.0);
         let slowest = slowest.fold(f64::INFINITY, f64::min);
         if has_loops {
             let reason = "Method: radau, because it holds constraints as equations of its steps.";
             let moves = slowest.is_finite();
-            let resolved = if moves { following.highest(tolerance).max(slowest) } else { f64::INFINITY };
+            let resolved = if moves { following.highest().max(slowest) } else { f64::INFINITY };
             let frequency = if moves { (slowest * resolved).sqrt() } else { 1.0 };
-            return Self { integrator: &RADAU, resolved, frequency, reason: reason.to_owned() };
+            return Self {
+                integrator: &RADAU,
+                resolved,
+                frequency,
+                worth: usize::MAX,
+                reason: reason.to_owned(),
+            };
         }
         if !slowest.is_finite() {
             let reason = "Method: dop853, because nothing in the model is stiff.".to_owned();
-            return Self { integrator: &DOP853, resolved: f64::INFINITY, frequency: 1.0, reason };
+            let may_be_stiff = facts.has_one_sided_forces || facts.has_dry_friction;
+            let worth = if may_be_stiff { FEW_STEPS as usize } else { usize::MAX };
+            return Self { integrator: &DOP853, resolved: f64::INFINITY, frequency: 1.0, worth, reason };
         }
-        let resolved = following.highest(tolerance).max(slowest);
+        let resolved = following.highest().max(slowest);
         let step = |integrator: &Integrator| {
-            let of_accuracy = integrator.step * integrator.shorter(tolerance) / resolved;
-            of_accuracy.min(following.longest_step(integrator, tolerance))
+            let of_accuracy = following.accurate_step(integrator, tolerance);
+            let slow = integrator.step * integrator.shorter(tolerance) / slowest;
+            of_accuracy.min(slow).min(following.longest_step(integrator, tolerance))
         };
         let stable = DOP853.stability / spectrum.rate();
         let (explicit, implicit) = (step(&DOP853).min(stable), step(&RADAU));
@@ -57,12 +80,23 @@ impl Choice {
                 "Method: dop853, because its largest rate, {highest:.3} Hz, allows explicit steps of {stable:.1e} s, and the \
                  accuracy takes steps of {explicit:.1e} s anyway, for vibrations of up to {wanted:.3} Hz."
             );
-            return Self { integrator: &DOP853, resolved, frequency, reason };
+            let steps = PATIENCE * RADAU.cost / DOP853.cost * duration / implicit;
+            let worth = steps.max(FEW_STEPS) as usize;
+            return Self { integrator: &DOP853, resolved, frequency, worth, reason };
         }
         let reason = format!(
             "Method: radau, because its largest rate, {highest:.3} Hz, limits explicit steps to {stable:.1e} s, while the \
              accuracy takes implicit ones of {implicit:.1e} s, for vibrations of up to {wanted:.3} Hz."
         );
-        Self { integrator: &RADAU, resolved, frequency, reason }
+        Self { integrator: &RADAU, resolved, frequency, worth: usize::MAX, reason }
+    }
+
+    /// The implicit method after a try of the explicit one.
+    pub(super) fn switch(&mut self) {
+        self.integrator = &RADAU;
+        self.worth = usize::MAX;
+        self.reason =
+            "Method: radau, because explicit steps became short where something stiff began to act."
+                .to_owned();
     }
 }

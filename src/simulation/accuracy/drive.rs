@@ -1,12 +1,13 @@
 //! Vibrations about the start that loads and the base motion excite: the response of each mode, uncoupled
 //! from the others, to modal forces that are linear between sample times.
 
+use super::features::{Features, Sample};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
 use crate::model::Model;
 
 /// Minimum number of samples of the excitation over the whole time.
-const LOOKS: f64 = 2000.0;
+const LOOKS: f64 = 500.0;
 
 /// Minimum number of samples of each part between known features of the excitation.
 const LOOKS_OF_A_PART: f64 = 4.0;
@@ -19,8 +20,10 @@ const MOST_LOOKS: usize = 20_000;
 pub(super) struct Drive {
     /// Largest modal amplitude of each vibration.
     pub(super) sizes: Vec<f64>,
-    /// Longest step, in seconds, that misses no feature of the excitation.
+    /// Longest step, in seconds, that misses no feature of the excitation, if steps end at `ends`.
     pub(super) longest_step: f64,
+    /// Times of jumps and of short pulses.
+    pub(super) ends: Vec<f64>,
 }
 
 impl Drive {
@@ -38,34 +41,45 @@ impl Drive {
         let (t0, t_end) = t_span;
         let modes = &spectrum.modes;
         let between_looks = (t_end - t0) / LOOKS;
-        let softness: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0)).collect();
+        let weights: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0) / visible).collect();
         let mut forces = Forces::new(q0);
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
-        let (mut t, mut looks, mut longest_step) = (t0, 0, f64::INFINITY);
-        let mut before = forces.at(model, modes, t)?;
+        let mut features =
+            Features { weights, duration: t_end - t0, longest_step: f64::INFINITY, ends: Vec::new() };
+        let (mut t, mut looks) = (t0, 0);
+        let mut before = Sample { t: t0, forces: forces.at(model, modes, t)? };
         while t < t_end {
             let shortest = if looks < MOST_LOOKS { 0.0 } else { LOOKS_OF_A_PART * between_looks };
             let end = model.horizon(t).max(t + shortest).min(t_end);
             let number = ((end - t) / between_looks).ceil().max(LOOKS_OF_A_PART);
             let step = (end - t) / number;
+            let mut at = |t: f64| {
+                monitor(t0)?;
+                Ok(Sample { t, forces: forces.at(model, modes, t)? })
+            };
             let mut part = vec![before];
             for i in 1..=number as usize {
-                monitor(t0)?;
-                let here = forces.at(model, modes, (t + step * i as f64).min(end))?;
-                for (k, (oscillation, mode)) in motion.iter_mut().zip(modes).enumerate() {
-                    oscillation.step(mode, step, [part[i - 1][k], here[k]]);
-                }
-                part.push(here);
+                part.push(at((t + step * i as f64).min(end))?);
             }
             looks += part.len();
             // Steps end at both ends of a part, and one within a short part sees as much of it as these looks.
             if number > LOOKS_OF_A_PART {
-                longest_step = longest_step.min(step * steps_of_change(&part, &softness, visible));
+                features.find(&mut part, &mut at)?;
+            }
+            for (k, (oscillation, mode)) in motion.iter_mut().zip(modes).enumerate() {
+                for (from, to) in part.iter().zip(&part[1..]) {
+                    oscillation.step(mode, to.t - from.t, [from.forces[k], to.forces[k]]);
+                }
             }
             before = part.pop().expect("there was one at the start");
             t = end;
         }
-        Ok(Self { sizes: motion.into_iter().map(|oscillation| oscillation.largest).collect(), longest_step })
+        let Features { longest_step, ends, .. } = features;
+        Ok(Self {
+            sizes: motion.into_iter().map(|oscillation| oscillation.largest).collect(),
+            longest_step,
+            ends,
+        })
     }
 }
 
@@ -74,27 +88,6 @@ impl Drive {
 fn softness<M: Model>(mode: &Vibration, model: &mut M, q0: &[f64]) -> f64 {
     let of_one = mode.frequency.powi(-2);
     if of_one.is_finite() { mode.reach(model, q0, of_one) / model.facts().length } else { 0.0 }
-}
-
-/// Number of samples in which the modal forces of a part would run through their whole range at their fastest
-/// rate of change. Infinite if the forces are linear, which methods that stop at the ends of parts resolve,
-/// or if the deviation has no visible effect on the tip.
-fn steps_of_change(part: &[Vec<f64>], softness: &[f64], visible: f64) -> f64 {
-    let last = part.len() - 1;
-    let mut fewest = f64::INFINITY;
-    for (k, softness) in softness.iter().enumerate() {
-        let force = |i: usize| part[i][k];
-        let line = |i: usize| force(0) + (force(last) - force(0)) * (i as f64 / last as f64);
-        let bend = (0..=last).map(|i| (force(i) - line(i)).abs()).fold(0.0, f64::max);
-        if bend * softness > visible {
-            let (lowest, highest) = (0..=last)
-                .map(force)
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
-            let steepest = (0..last).map(|i| (force(i + 1) - force(i)).abs()).fold(0.0, f64::max);
-            fewest = fewest.min((highest - lowest) / steepest);
-        }
-    }
-    fewest
 }
 
 /// Modal forces on a model at rest in its initial shape.
@@ -139,7 +132,9 @@ impl Oscillation {
         let slope = (to - from) / h / square;
         let held = from / square - mode.damping / square * slope;
         let (x, v) = (self.x - held, self.v - slope);
-        self.largest = self.largest.max(x.hypot(v / mode.frequency));
+        // About the displacement that follows the force, or about that of the force at the start: within a jump nothing follows.
+        let about_start = (self.x - from / square).hypot(self.v / mode.frequency);
+        self.largest = self.largest.max(x.hypot(v / mode.frequency).min(about_start));
         let frequency = (square - half * half).sqrt();
         let (sine, cosine) = (frequency * h).sin_cos();
         let decay = (-half * h).exp();
@@ -167,6 +162,16 @@ mod tests {
     }
 
     #[test]
+    fn a_jump_excites_twice_nothing_but_its_own_displacement() {
+        let mode = Vibration { damping: 0.0, velocity: 0.0, ..vibration() };
+        let mut motion = Oscillation::new(&mode);
+        for [h, from, to] in [[1.0, 0.0, 0.0], [1e-9, 0.0, 9.0], [1.0, 9.0, 9.0], [1.0, 9.0, 9.0]] {
+            motion.step(&mode, h, [from, to]);
+        }
+        assert!((motion.largest - 1.0).abs() < 1e-6, "{}", motion.largest);
+    }
+
+    #[test]
     fn an_oscillation_under_a_straight_line_is_exact() {
         let (mode, force) = (vibration(), |t: f64| 1.0 + 2.0 * t);
         let (mut whole, mut parts) = (Oscillation::new(&mode), Oscillation::new(&mode));
@@ -187,15 +192,5 @@ mod tests {
         assert!(((after.x - before.x) / (2.0 * h) - here.v).abs() < 1e-6);
         let a = (after.v - before.v) / (2.0 * h);
         assert!((a + mode.damping * here.v + mode.frequency.powi(2) * here.x - force(1.0)).abs() < 1e-6);
-    }
-
-    #[test]
-    fn pulses_shorten_steps_and_straight_lines_do_not() {
-        let pulse: Vec<Vec<f64>> =
-            (0..=100).map(|i| vec![if (40..60).contains(&i) { (i - 40) as f64 } else { 0.0 }]).collect();
-        let line: Vec<Vec<f64>> = (0..=100).map(|i| vec![i as f64]).collect();
-        assert_eq!(steps_of_change(&pulse, &[1.0], 1.0), 1.0);
-        assert_eq!(steps_of_change(&pulse, &[1e-6], 1.0), f64::INFINITY);
-        assert_eq!(steps_of_change(&line, &[1.0], 1.0), f64::INFINITY);
     }
 }

@@ -13,11 +13,14 @@ use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
 use crate::model::Model;
 
-/// Vibrations that move the tip by less than this fraction of the tolerance need not be resolved.
-const VISIBLE: f64 = 0.1;
+/// Changes of the excitation that move the tip by less than this fraction of what was asked need not be resolved.
+const VISIBLE: f64 = 0.15;
 
-/// Fraction of the tolerance of a run that each vibration may use.
-const SHARE: f64 = 0.5;
+/// Vibrations that together move the tip by less than this fraction of what was asked need not be resolved.
+const NEGLECTED: f64 = 0.25;
+
+/// Fraction of what was asked that each vibration may use in the first run.
+const SHARE: f64 = 0.75;
 
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
@@ -41,19 +44,29 @@ struct Followed {
 pub(super) struct Following {
     /// Vibrations of each state examined so far.
     vibrations: Vec<Vec<Followed>>,
-    /// Longest step, in seconds, that misses no feature of the excitation.
+    /// Longest step, in seconds, that misses no feature of the excitation, if steps end at `ends`.
     of_drive: f64,
+    pub(super) ends: Vec<f64>,
     /// Largest rate, in 1/s. The error estimate of an explicit method tolerates steps beyond the stability
     /// limit, which cause errors in the long run.
     rate: f64,
     /// Tolerance of the first run.
     loosest: f64,
+    /// Requested accuracy.
+    wanted: f64,
 }
 
 impl Following {
     /// No limits.
     pub(super) fn nothing() -> Self {
-        Self { vibrations: Vec::new(), of_drive: f64::INFINITY, rate: 0.0, loosest: 0.0 }
+        Self {
+            vibrations: Vec::new(),
+            of_drive: f64::INFINITY,
+            ends: Vec::new(),
+            rate: 0.0,
+            loosest: 0.0,
+            wanted: 0.0,
+        }
     }
 
     /// Vibrations about `q0` that the initial state and the excitation over `t_span` cause. `loosest` is the
@@ -63,19 +76,22 @@ impl Following {
         t_span: (f64, f64),
         q0: &[f64],
         spectrum: &Spectrum,
-        loosest: f64,
+        [loosest, wanted]: [f64; 2],
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
         let mut of_drive = model.facts().shortest_period / STEPS_OF_A_PERIOD;
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
+        let mut ends = Vec::new();
         if model.facts().varies_in_time {
-            let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * loosest, monitor)?;
+            let drive = Drive::new(model, t_span, q0, spectrum, VISIBLE * wanted, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
             of_drive = of_drive.min(drive.longest_step);
+            ends = drive.ends;
         }
-        let mut following = Self { vibrations: Vec::new(), of_drive, rate: spectrum.rate(), loosest };
+        let mut following =
+            Self { vibrations: Vec::new(), of_drive, ends, rate: spectrum.rate(), loosest, wanted };
         following.add(model, t_span.1 - t_span.0, q0, spectrum, &sizes);
         Ok(following)
     }
@@ -114,9 +130,23 @@ impl Following {
         self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
 
-    /// Highest visible frequency at this tolerance, in rad/s; zero if there is none.
-    pub(super) fn highest(&self, tolerance: f64) -> f64 {
-        self.visible(tolerance).map(|vibration| vibration.frequency).fold(0.0, f64::max)
+    /// Distance of the tip, relative to the length, if all frequencies are wrong by this part of them.
+    pub(super) fn late(&self, relative: f64) -> f64 {
+        let part = |vibration: &Followed| vibration.reach * (vibration.radians * relative).min(1.0);
+        self.vibrations.iter().map(|vibrations| vibrations.iter().map(part).sum()).fold(0.0, f64::max)
+    }
+
+    /// Highest visible frequency, in rad/s; zero if there is none.
+    pub(super) fn highest(&self) -> f64 {
+        self.visible().map(|vibration| vibration.frequency).fold(0.0, f64::max)
+    }
+
+    /// Step, in seconds, by which the local errors of all visible vibrations are within `tolerance`.
+    pub(super) fn accurate_step(&self, integrator: &Integrator, tolerance: f64) -> f64 {
+        let of_vibration = |vibration: &Followed| {
+            integrator.step * integrator.shorter((tolerance / vibration.reach).min(1.0)) / vibration.frequency
+        };
+        self.visible().map(of_vibration).fold(f64::INFINITY, f64::min)
     }
 
     /// Longest step, in seconds, for which the error of each vibration stays within its share of `tolerance`.
@@ -124,16 +154,26 @@ impl Following {
         // Two runs must not have the same steps, whatever limits the steps: they would have the same errors.
         let shorter = integrator.shorter((tolerance / self.loosest).min(1.0));
         let of_vibration = |vibration: &Followed| {
-            let allowed = SHARE * tolerance / (vibration.reach * vibration.radians);
+            let allowed =
+                SHARE * self.wanted * (tolerance / self.loosest) / (vibration.reach * vibration.radians);
             integrator.step_of_error(allowed).min(integrator.longest * shorter) / vibration.frequency
         };
         let of_all = self.of_drive.min(integrator.stability / self.rate) * shorter;
-        self.visible(tolerance).map(of_vibration).fold(of_all, f64::min)
+        self.visible().map(of_vibration).fold(of_all, f64::min)
     }
 
-    /// The same vibrations for all runs of a request, to make the runs comparable.
-    fn visible(&self, tolerance: f64) -> impl Iterator<Item = &Followed> {
-        let visible = VISIBLE * tolerance.max(self.loosest);
-        self.vibrations.iter().flatten().filter(move |vibration| vibration.reach > visible)
+    /// The same vibrations for all runs of a request, to make the runs comparable: of each state the largest ones. Those that
+    /// together reach no farther than a part of what was asked need not be resolved.
+    fn visible(&self) -> impl Iterator<Item = &Followed> {
+        let visible = NEGLECTED * self.wanted;
+        self.vibrations.iter().flat_map(move |vibrations| {
+            let mut sorted: Vec<&Followed> = vibrations.iter().collect();
+            sorted.sort_by(|a, b| a.reach.total_cmp(&b.reach));
+            let mut together = 0.0;
+            sorted.into_iter().skip_while(move |vibration| {
+                together += vibration.reach;
+                together <= visible
+            })
+        })
     }
 }

@@ -37,6 +37,9 @@ const FAST: f64 = 10.0;
 /// A suddenly loaded spring overshoots to twice its static displacement.
 const SUDDEN: f64 = 2.0;
 
+/// Part of a diagonal entry of the stiffness below which its pivot is rounding.
+const SINGULAR: f64 = 1e-9;
+
 /// Claimed error over the estimate: not less than the true error for most random rods
 /// (`benches/python/accuracy/honesty.py --space`).
 pub(super) const SAFETY: f64 = 2.0;
@@ -44,18 +47,23 @@ pub(super) const SAFETY: f64 = 2.0;
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
 
-/// A finer model for comparison.
-pub(super) struct Finer<M> {
-    pub(super) model: M,
+/// The numbers of modes of a finer model for comparison, and what forces tell of it.
+pub(super) struct Finer {
+    modes: Vec<usize>,
     pub(super) estimate: Estimate,
-    /// Indices of the coarse model's coordinates in this model.
+    /// Indices of the coarse model's coordinates in the finer model.
     places: Vec<usize>,
 }
 
-impl<M: Model> Finer<M> {
-    /// Converts coordinates of the coarse model to coordinates of this model.
-    pub(super) fn embed(&self, values: &[f64]) -> Vec<f64> {
-        embed(values, &self.places, self.model.facts().n)
+impl Finer {
+    /// The finer model; `None` if it would be too large.
+    pub(super) fn model<M: Model>(&self, coarse: &M) -> Option<M> {
+        coarse.with_modes(&self.modes)
+    }
+
+    /// Converts coordinates of the coarse model to those of the finer one, which has `n`.
+    pub(super) fn embed(&self, values: &[f64], n: usize) -> Vec<f64> {
+        embed(values, &self.places, n)
     }
 }
 
@@ -68,9 +76,21 @@ pub(super) struct Estimate {
     leaves: f64,
     /// By fast strains.
     fast: f64,
+    /// Elastic energy in which all but fast strains vary over that of the motion: twice the relative error of frequencies
+    /// (Rayleigh's quotient).
+    pub(super) energy: f64,
+    /// False if the displacements were not found.
+    is_known: bool,
 }
 
 impl Estimate {
+    /// Upper bound of the space error of the coarse model by the static displacements, where wrong frequencies move the tip by `late`.
+    /// `None` if the forces are unknown.
+    pub(super) fn bound(self, late: f64) -> Option<f64> {
+        let error = SAFETY * (self.finds + self.leaves + late) + SUDDEN * self.fast;
+        (self.is_known && error.is_finite()).then_some(error)
+    }
+
     /// Space error of the coarse model whose tip differs from that of the finer model by `apart`. The effect
     /// of modes that even the finer model lacks is added: in proportion to the observed difference, if the
     /// finer model captures most of the static displacement.
@@ -88,7 +108,7 @@ pub(super) fn finer<M: Model + Clone>(
     motion: &Simulation,
     resolved: f64,
     tolerance: f64,
-) -> Result<Option<Finer<M>>, &'static str> {
+) -> Result<Option<Finer>, &'static str> {
     let Some(modes) = coarse.modes() else {
         let why = "its bases are made of pieces, to which no modes can be added";
         return if coarse.facts().is_discretised { Err(why) } else { Ok(None) };
@@ -98,8 +118,7 @@ pub(super) fn finer<M: Model + Clone>(
     };
     let between = coarse.coordinates_between();
     let model_with = |fine: &[usize], estimate: Estimate| {
-        let model = coarse.with_modes(fine).ok_or("with more modes the model would be too large")?;
-        Ok(Some(Finer { model, estimate, places: all_places(&modes, fine, &between) }))
+        Ok(Some(Finer { modes: fine.to_vec(), estimate, places: all_places(&modes, fine, &between) }))
     };
     let richest = with_more(MANY_MODES, SOME_MODES);
     let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
@@ -109,7 +128,6 @@ pub(super) fn finer<M: Model + Clone>(
     };
     let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
     let of_modes = |modes: &[usize]| places_of_modes(modes, &richest, &between);
-    let mut moved = |modes: &[usize]| missing.moved(&mut richer, &of_modes(modes));
     let (mut fine, mut slow) = (with_more(MORE_MODES, ANY_MODES), richest.clone());
     let mut first = 0;
     for (series, &number) in richest.iter().enumerate() {
@@ -117,9 +135,10 @@ pub(super) fn finer<M: Model + Clone>(
         if modes[series] == 0 {
             let mut only = modes.clone();
             only[series] = number;
-            let is_fast = missing.frequency(first) > FAST * resolved;
+            let is_fast = missing.frequency(&mut richer, first) > FAST * resolved;
             let matters = missing.deforms(&of_modes(&only)) > MATTERS * tolerance
-                || longest(&moved(&only)) > MATTERS * tolerance * coarse.facts().length;
+                || longest(&missing.moved(&mut richer, &of_modes(&only)))
+                    > MATTERS * tolerance * coarse.facts().length;
             if is_fast || !matters {
                 fine[series] = 0;
             }
@@ -129,7 +148,8 @@ pub(super) fn finer<M: Model + Clone>(
         }
         first += number;
     }
-    let [found, of_slow, all] = [&fine, &slow, &richest].map(|modes| moved(modes));
+    let [found, of_slow, all] =
+        [&fine, &slow, &richest].map(|modes| missing.moved(&mut richer, &of_modes(modes)));
     let relative = |to: &[[f64; 3]], from: &[[f64; 3]]| {
         largest(&super::paths::distances(to, from)) / coarse.facts().length
     };
@@ -137,8 +157,20 @@ pub(super) fn finer<M: Model + Clone>(
         finds: longest(&found) / coarse.facts().length,
         leaves: relative(&of_slow, &found),
         fast: relative(&all, &of_slow),
+        energy: missing.energy(&of_modes(&slow)),
+        is_known: !all.is_empty() && missing.is_well_conditioned(),
     };
     model_with(&fine, estimate)
+}
+
+/// Static displacement of the tip by forces on a model with the same coordinates and more nodes, relative to the length, and the
+/// energy of that over that of the motion, as in [`Estimate`]. `None` where springs do not hold the coordinates of modes.
+pub(super) fn by_nodes<M: Model + Clone>(coarse: &M, finer: &mut M, motion: &Simulation) -> Option<[f64; 2]> {
+    let same: Vec<usize> = (0..motion.n).collect();
+    let missing = Missing::new(coarse, finer, &same, motion);
+    let elastic: Vec<usize> = same.into_iter().filter(|&k| missing.stiffness[(k, k)] > 0.0).collect();
+    let moved = missing.moved(finer, &elastic);
+    (!moved.is_empty()).then(|| [longest(&moved) / coarse.facts().length, missing.energy(&elastic)])
 }
 
 fn longest(moved: &[[f64; 3]]) -> f64 {
@@ -150,7 +182,8 @@ struct Missing {
     /// Coordinates of the richer model, and the forces on them.
     states: Vec<[Vec<f64>; 2]>,
     stiffness: Matrix,
-    mass: Matrix,
+    /// Coordinates that the stiffness couples.
+    blocks: Vec<Vec<usize>>,
     /// Typical sizes of the coordinates.
     sizes: Vec<f64>,
 }
@@ -160,10 +193,10 @@ impl Missing {
         let (n, all) = (motion.n, richer.facts().n);
         let mut coarse = coarse.clone();
         let mut scratch = ForwardScratch::of(&coarse);
-        let [mut stiffness, mut mass] = [(); 2].map(|()| Matrix::zeros(all, all));
+        let mut stiffness = Matrix::zeros(all, all);
         let (rest, sizes) = (vec![0.0; all], richer.facts().typical_coordinates.clone());
         richer.elastic_tangent(&rest, &mut stiffness);
-        richer.mass_matrix(&rest, &mut mass);
+        let blocks = blocks(&stiffness);
         let last = motion.t.len().saturating_sub(1);
         let mut states = Vec::with_capacity(STATES);
         for i in (1..=STATES).map(|k| k * last / STATES) {
@@ -189,25 +222,75 @@ impl Missing {
             richer.set_multipliers(&multipliers);
             states.push([q, forces]);
         }
-        Self { states, stiffness, mass, sizes }
+        Self { states, stiffness, blocks, sizes }
     }
 
-    /// Uncoupled frequency of a coordinate, in rad/s.
-    fn frequency(&self, i: usize) -> f64 {
-        (self.stiffness[(i, i)] / self.mass[(i, i)]).sqrt()
+    /// Uncoupled frequency of a coordinate at rest, in rad/s; its mass is the force by which it accelerates.
+    fn frequency<M: Model>(&self, richer: &mut M, i: usize) -> f64 {
+        let n = self.sizes.len();
+        let (rest, mut one) = (vec![0.0; n], vec![0.0; n]);
+        let [mut still, mut moved] = [(); 2].map(|()| vec![0.0; n]);
+        one[i] = 1.0;
+        richer.inverse_dynamics(&rest, &rest, &rest, &mut still);
+        richer.inverse_dynamics(&rest, &rest, &one, &mut moved);
+        (self.stiffness[(i, i)] / (moved[i] - still[i])).sqrt()
     }
 
-    /// Static response of these coordinates in each state.
+    /// Whether rounding spares static responses; with many monomials it does not.
+    fn is_well_conditioned(&self) -> bool {
+        self.blocks.iter().all(|block| {
+            let of_block =
+                Matrix::from_fn(block.len(), block.len(), |i, j| self.stiffness[(block[i], block[j])]);
+            // Coordinates of joints have no stiffness.
+            let Some(cholesky) = of_block.clone().cholesky() else {
+                return of_block.iter().all(|x| *x == 0.0);
+            };
+            let factor = cholesky.l_dirty();
+            (0..block.len()).all(|i| factor[(i, i)].powi(2) > SINGULAR * of_block[(i, i)])
+        })
+    }
+
+    /// Static response of these coordinates in each state; none if springs do not hold them.
     fn gives(&self, chosen: &[usize]) -> Vec<Vec<f64>> {
-        let of_chosen =
-            Matrix::from_fn(chosen.len(), chosen.len(), |i, j| self.stiffness[(chosen[i], chosen[j])]);
-        let Some(cholesky) = of_chosen.cholesky() else { return Vec::new() };
-        let gives = |[_, forces]: &[Vec<f64>; 2]| {
-            let mut give = Matrix::from_fn(chosen.len(), 1, |i, _| -forces[chosen[i]]);
-            cholesky.solve_mut(&mut give);
-            give.iter().copied().collect()
+        let mut gives = vec![vec![0.0; chosen.len()]; self.states.len()];
+        for block in &self.blocks {
+            // Positions among the chosen coordinates, which increase.
+            let own: Vec<usize> = block.iter().filter_map(|place| chosen.binary_search(place).ok()).collect();
+            let of_own = Matrix::from_fn(own.len(), own.len(), |i, j| {
+                self.stiffness[(chosen[own[i]], chosen[own[j]])]
+            });
+            let Some(cholesky) = of_own.cholesky() else { return Vec::new() };
+            for (give, [_, forces]) in gives.iter_mut().zip(&self.states) {
+                let mut right = Matrix::from_fn(own.len(), 1, |i, _| -forces[chosen[own[i]]]);
+                cholesky.solve_mut(&mut right);
+                own.iter().zip(right.iter()).for_each(|(&i, &x)| give[i] = x);
+            }
+        }
+        gives
+    }
+
+    /// Elastic energy in which the static response of these coordinates varies over that in which the motion does.
+    fn energy(&self, chosen: &[usize]) -> f64 {
+        let mut responses = vec![vec![0.0; self.sizes.len()]; self.states.len()];
+        for (response, give) in responses.iter_mut().zip(self.gives(chosen)) {
+            chosen.iter().zip(give).for_each(|(&place, give)| response[place] = give);
+        }
+        let motion: Vec<Vec<f64>> = self.states.iter().map(|[q, _]| q.clone()).collect();
+        let [missing, present] = [&responses, &motion].map(|states| self.energy_of_variation(states));
+        if missing > 0.0 { missing / present } else { 0.0 }
+    }
+
+    /// Sum of the elastic energies by which coordinates deviate from their mean.
+    fn energy_of_variation(&self, states: &[Vec<f64>]) -> f64 {
+        let n = self.sizes.len();
+        let mean: Vec<f64> =
+            (0..n).map(|k| states.iter().map(|state| state[k]).sum::<f64>() / states.len() as f64).collect();
+        let of_state = |state: &Vec<f64>| {
+            let away = Matrix::from_fn(n, 1, |k, _| state[k] - mean[k]);
+            let forces = &self.stiffness * &away;
+            0.5 * away.iter().zip(forces.iter()).map(|(away, force)| away * force).sum::<f64>()
         };
-        self.states.iter().map(gives).collect()
+        states.iter().map(of_state).sum()
     }
 
     /// Largest static response of these coordinates, relative to their typical sizes.
@@ -230,5 +313,44 @@ impl Missing {
             richer.places(&there, &mut to);
         }
         from.iter().zip(&to).map(|(from, to)| std::array::from_fn(|i| to[i] - from[i])).collect()
+    }
+}
+
+/// Coordinates that a symmetric matrix couples, directly or by others; all of them, in increasing order.
+fn blocks(matrix: &Matrix) -> Vec<Vec<usize>> {
+    let n = matrix.nrows();
+    let mut is_in_one = vec![false; n];
+    let mut blocks = Vec::new();
+    for first in 0..n {
+        if is_in_one[first] {
+            continue;
+        }
+        is_in_one[first] = true;
+        let (mut block, mut next) = (vec![first], 0);
+        while next < block.len() {
+            let row = block[next];
+            let coupled: Vec<usize> = (0..n).filter(|&k| matrix[(row, k)] != 0.0 && !is_in_one[k]).collect();
+            coupled.iter().for_each(|&k| is_in_one[k] = true);
+            block.extend(coupled);
+            next += 1;
+        }
+        block.sort_unstable();
+        blocks.push(block);
+    }
+    blocks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_are_what_a_matrix_couples() {
+        let mut matrix = Matrix::identity(6, 6);
+        for (i, j) in [(0, 3), (3, 5), (1, 2)] {
+            (matrix[(i, j)], matrix[(j, i)]) = (0.5, 0.5);
+        }
+        matrix[(4, 4)] = 0.0;
+        assert_eq!(blocks(&matrix), [vec![0, 3, 5], vec![1, 2], vec![4]]);
     }
 }

@@ -7,9 +7,11 @@
 //! The time error is measured: every run is compared with a run at a tolerance five times tighter, and the
 //! difference estimates the error (tolerance proportionality; Hairer, Norsett and Wanner 1993, section II.4).
 //! Tolerances are tightened until the estimate meets the request. Vibrations that both runs would miss are
-//! resolved by both, or included in the estimate. The space error is the difference to a run with two more
-//! modes of every strain and more nodes, plus an estimate of what the finer model lacks. If additional nodes
-//! alone change the motion, the number of nodes is increased.
+//! resolved by both, or included in the estimate. The space error is bounded by the static response to the forces
+//! on modes that the model lacks, and by what the energy of this response does to frequencies (Rayleigh's
+//! quotient). Where that bound leaves doubts, it is the difference to a run with two more modes of every strain
+//! and more nodes, plus an estimate of what the finer model lacks. If additional nodes alone change the motion,
+//! the number of nodes is increased.
 //!
 //! ```
 //! use lissom::accuracy::{Request, simulate_to_accuracy};
@@ -25,6 +27,7 @@
 
 mod choice;
 mod drive;
+mod features;
 mod following;
 mod integrator;
 mod missing;
@@ -101,6 +104,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     if compared.len() > wanted.len() {
         simulation.keep(&wanted);
     }
+    model.end_steps_at(&[]);
     Ok((simulation, (factor > 1).then_some(model)))
 }
 

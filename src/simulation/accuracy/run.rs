@@ -24,6 +24,9 @@ const SHOWN: usize = 1000;
 /// Status name of runs with too many steps, for methods of first and of second order.
 const TOO_MANY_STEPS: &str = "too_many_steps";
 
+/// Status name of explicit runs that would need too many steps.
+const STIFF: &str = "stiff";
+
 /// Data shared by all runs of a model.
 pub(super) struct Plan<'a, M> {
     pub(super) model: &'a M,
@@ -33,6 +36,8 @@ pub(super) struct Plan<'a, M> {
     pub(super) start: [&'a [f64]; 2],
     pub(super) request: Request,
     pub(super) t_eval: Option<&'a [f64]>,
+    /// Largest number of steps of a run that is only tried.
+    pub(super) most_steps: usize,
 }
 
 /// A motion with its tolerance, and the paths of the tip.
@@ -72,14 +77,16 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         model.check_shape(q0, "q0")?;
         let loosest = FIRST_TOLERANCE * request.rtol;
         let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
-            let following = Following::new(model, t_span, q0, &spectrum, loosest, monitor).ok()?;
-            let has_loops = model.facts().constraints() > 0;
-            Some((Choice::new(&spectrum, &following, request.rtol, has_loops), following))
+            let following =
+                Following::new(model, t_span, q0, &spectrum, [loosest, request.rtol], monitor).ok()?;
+            let duration = t_span.1 - t_span.0;
+            Some((Choice::new(&spectrum, &following, request.rtol, model.facts(), duration), following))
         });
         // Without accelerations, after a failure of a function of time or after a stop: the run will report
         // the same problem.
         let (choice, following) = known.unwrap_or_else(|| (Choice::implicit(), Following::nothing()));
-        Ok(Self { model, choice, following, t_span, start, request, t_eval })
+        model.end_steps_at(&following.ends);
+        Ok(Self { model, choice, following, t_span, start, request, t_eval, most_steps: usize::MAX })
     }
 
     pub(super) fn duration(&self) -> f64 {
@@ -104,7 +111,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         // the model.
         let is_shown = is_too_long && self.request.max_steps > SHOWN;
         let max_steps = if is_shown { SHOWN } else { self.request.max_steps };
-        let request = Request { max_step, max_steps, ..self.request };
+        let request = Request { max_step, max_steps: max_steps.min(self.most_steps), ..self.request };
         let method = integrator.method(&sizes, frequency, tolerance, request);
         let [q0, v0] = self.start;
         let mut simulation = simulate(model.clone(), self.t_span, q0, v0, &method, self.t_eval, monitor)?;
@@ -123,6 +130,17 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
                 Ok(run)
             }
         }
+    }
+
+    /// Whether a run took more explicit steps than it is worth; from now on, runs are implicit ones.
+    pub(super) fn switches(&mut self, run: &Run) -> bool {
+        let has_ended = [TOO_MANY_STEPS, STIFF].contains(&run.simulation.status.name());
+        let switches = has_ended && self.choice.worth < self.request.max_steps;
+        if switches {
+            self.choice.switch();
+            self.most_steps = usize::MAX;
+        }
+        switches
     }
 
     /// Whether the steps of a run were short enough for the vibrations that its own states contain.

@@ -1,6 +1,7 @@
-//! Error due to the finite number of modes and nodes, measured by a run of a model with more of both.
+//! Error due to the finite number of modes and nodes: bounded by the forces on modes that are missing, or measured by a
+//! run of a model with more modes and nodes.
 
-use super::missing::finer;
+use super::missing::{by_nodes, finer};
 use super::paths::{distances, largest};
 use super::request::Request;
 use super::run::{Plan, Run};
@@ -17,11 +18,15 @@ const TIGHTEST: f64 = 0.1;
 const FIRST: f64 = 1e-3;
 const CLEAR: f64 = 3.0;
 
+/// A change by nodes, estimated by forces, that is smaller than this part of what matters, or larger than its inverse, needs no run.
+const CLEARLY: f64 = 0.3;
+
 /// Change by additional nodes that requires them, relative to the requested accuracy.
 const NODES: f64 = 0.3;
 
-/// Adds the space error to a run, or the reason why it is unknown. Simulates a finer model, with the method
-/// that suits that model, only as accurately as needed to distinguish errors of modes from errors of steps.
+/// Adds the space error to a run, or the reason why it is unknown. If the bound by forces is larger than what was
+/// asked, simulates a finer model, with the method that suits that model, only as accurately as needed to distinguish errors
+/// of modes from errors of steps.
 pub(super) fn add_error<M: Model + Clone>(
     plan: &Plan<'_, M>,
     run: &mut Run,
@@ -32,17 +37,26 @@ pub(super) fn add_error<M: Model + Clone>(
         run.simulation.message.push_str(&format!(" The space error is unknown: {why}."));
         Ok(())
     };
-    let mut finer = match finer(plan.model, &run.simulation, plan.choice.resolved, wanted) {
+    let finer = match finer(plan.model, &run.simulation, plan.choice.resolved, wanted) {
         Ok(Some(finer)) => finer,
         Ok(None) => return Ok(()),
         Err(why) => return unknown(run, why),
     };
-    let [q0, v0] = plan.start.map(|values| finer.embed(values));
+    let late = plan.following.late(0.5 * finer.estimate.energy);
+    if let Some(error) = finer.estimate.bound(late).filter(|&error| error <= wanted) {
+        say(run, error, wanted);
+        return Ok(());
+    }
+    let Some(mut model) = finer.model(plan.model) else {
+        return unknown(run, "with more modes the model would be too large");
+    };
+    let n = model.facts().n;
+    let [q0, v0] = plan.start.map(|values| finer.embed(values, n));
     let tightest = run.tolerance.min(TIGHTEST * wanted);
     let mut tolerance = FIRST.max(run.tolerance);
     let error = loop {
         let request = Request { rtol: tolerance, ..plan.request };
-        let fine = Plan::new(&mut finer.model, plan.t_span, [&q0, &v0], request, plan.t_eval, monitor)?;
+        let fine = Plan::new(&mut model, plan.t_span, [&q0, &v0], request, plan.t_eval, monitor)?;
         let other = fine.run(tolerance, f64::INFINITY, monitor)?;
         if !other.is_success() {
             if other.simulation.status.name() == "interrupted" {
@@ -58,6 +72,12 @@ pub(super) fn add_error<M: Model + Clone>(
         }
         tolerance = (tolerance / TIGHTENING).max(tightest);
     };
+    say(run, error, wanted);
+    Ok(())
+}
+
+/// Adds the space error and a verdict to a run.
+fn say(run: &mut Run, error: f64, wanted: f64) {
     run.simulation.statistics.space_error = Some(error);
     let verdict = if error <= wanted {
         format!(" The space error is {error:.0e}.")
@@ -65,7 +85,6 @@ pub(super) fn add_error<M: Model + Clone>(
         format!(" The modes of the model leave a space error of {error:.0e}: give it more, or more segments.")
     };
     run.simulation.message.push_str(&verdict);
-    Ok(())
 }
 
 /// The model with `factor` times as many nodes, if its motion differs in an otherwise identical run. Called
@@ -82,12 +101,19 @@ pub(super) fn with_nodes<M: Model + Clone>(
     if !is_unresolved && (!run.is_success() || is_met) {
         return Ok(None);
     }
-    let Some(model) = original.with_nodes_times(factor) else { return Ok(None) };
+    let Some(mut model) = original.with_nodes_times(factor) else { return Ok(None) };
     if is_unresolved {
         return Ok(Some(model));
     }
-    let (choice, following) = (plan.choice.clone(), plan.following.clone());
     let matters = NODES * wanted;
+    if let Some([moved, energy]) = by_nodes(plan.model, &mut model, &run.simulation) {
+        let changed = moved + plan.following.late(0.5 * energy);
+        if changed <= CLEARLY * matters || changed >= matters / CLEARLY {
+            return Ok((changed > matters).then_some(model));
+        }
+    }
+    model.end_steps_at(&plan.following.ends);
+    let (choice, following) = (plan.choice.clone(), plan.following.clone());
     let other = Plan { model: &model, choice, following, ..*plan };
     // At the tolerance of the run: if errors multiply, errors of looser steps would be attributed to the
     // nodes.

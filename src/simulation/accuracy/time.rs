@@ -9,6 +9,9 @@ use crate::simulation::simulate::Status;
 /// Ratio of the tolerances of two runs that are compared.
 pub(super) const TIGHTENING: f64 = 5.0;
 
+/// The same where impacts are: free flights take the same steps at similar tolerances, and an impact within one has the same error.
+const TIGHTENING_AT_IMPACTS: f64 = 25.0;
+
 /// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
 /// `SMALLEST_FACTOR`.
 const AIM: f64 = 0.5;
@@ -30,6 +33,9 @@ const LUCK: f64 = 0.05;
 
 /// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
+
+/// A run with a larger tolerance, relative to the requested accuracy, that fails is repeated with this one.
+const CAREFUL: f64 = 1.5;
 
 /// Maximum number of runs, for motions that multiply every error.
 const RUNS: usize = 6;
@@ -60,23 +66,44 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     let mut tolerance = FIRST_TOLERANCE * wanted;
     let mut longest_step = f64::INFINITY;
     let mut previous: Option<Looser> = None;
-    let mut runs = 0;
+    let has_order = !plan.model.facts().has_one_sided_forces;
+    let tightening = if has_order { TIGHTENING } else { TIGHTENING_AT_IMPACTS };
+    let (mut runs, mut has_looked) = (0, false);
+    plan.most_steps = plan.choice.worth;
     loop {
         let mut run = plan.run(tolerance, longest_step, monitor)?;
         runs += 1;
         if !run.is_success() {
+            if plan.switches(&run) {
+                (previous, runs, longest_step) = (None, 0, f64::INFINITY);
+                tolerance = FIRST_TOLERANCE * wanted;
+                continue;
+            }
+            if tolerance > CAREFUL * wanted && !run.simulation.status.is_interrupted() && runs < RUNS {
+                // Where large errors lead, nothing may go on.
+                tolerance = CAREFUL * wanted;
+                previous = None;
+                continue;
+            }
             return Ok(run);
         }
         let Some(looser) = previous.take() else {
             // A run that did not resolve a vibration which it excited itself cannot be compared with.
-            if runs > 1 || plan.follows(&run) {
+            if has_looked || plan.follows(&run) {
                 previous = Some(run.into());
-                tolerance = (tolerance / TIGHTENING).max(SMALLEST_RUN_TOLERANCE);
+                tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             }
+            has_looked = true;
             continue;
         };
         let integrator = plan.choice.integrator;
         let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
+        if run.steps() < looser.steps && runs < RUNS {
+            // It was the looser run that had difficulties.
+            previous = Some(run.into());
+            tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
+            continue;
+        }
         if gain < LEAST_GAIN && runs < RUNS {
             // Steps limited by something other than the tolerance have the same errors in both runs.
             longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
@@ -99,9 +126,12 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             };
             return Ok(run);
         }
-        // The next run is compared with this one, whose error is smaller than the estimate by this gain.
-        let gain = (error / (AIM * wanted)).powi(2) / gain;
-        let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / TIGHTENING);
+        // The next run is compared with this one, whose error is smaller than the estimate by this gain; where impacts are, nothing
+        // is known of it.
+        let has_order = !plan.model.facts().has_one_sided_forces;
+        let gain =
+            if has_order { (error / (AIM * wanted)).powi(2) / gain } else { TIGHTENING * error / wanted };
+        let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / tightening);
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
     }
@@ -111,9 +141,10 @@ pub(super) fn to_accuracy<M: Model + Clone>(
 /// plus errors common to both runs, and at least the error that corresponds to the energy drift.
 fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain: f64) -> f64 {
     let apart = distances(&run.tips, &looser.tips);
-    // If errors multiply, or the steps were hardly shorter, the remaining error need not be smaller than the
-    // difference.
-    let share = if gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
+    // If errors multiply, or the steps were hardly shorter, or impacts leave methods no order, the remaining error need not be
+    // smaller than the difference.
+    let is_smooth = !plan.model.facts().has_one_sided_forces;
+    let share = if is_smooth && gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
     let missed = plan.following.lost(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
     let seen = share * largest(&apart) / plan.model.facts().length;
     (seen + missed + LUCK * run.tolerance).max(drained(plan, run))

@@ -30,6 +30,8 @@ pub enum Status {
     Chattering,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
+    /// The limit of wall-clock time was reached.
+    TimeLimit,
 }
 
 impl Status {
@@ -46,7 +48,8 @@ impl Status {
             | Self::Sunk
             | Self::Singular
             | Self::Chattering
-            | Self::Stiff => false,
+            | Self::Stiff
+            | Self::TimeLimit => false,
         }
     }
 
@@ -72,6 +75,7 @@ impl Status {
             Self::Singular => "singular_position",
             Self::Chattering => "chattering",
             Self::Stiff => "stiff",
+            Self::TimeLimit => "time_limit",
         }
     }
 }

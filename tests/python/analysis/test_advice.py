@@ -174,3 +174,20 @@ def test_check_prints_it_after_the_verdict(tmp_path):
     assert lines[0] == f"{path}: good, 3 generalised coordinates"
     assert lines[1:] == [f"  {sentence}" for sentence in advice(lissom.Scene.load(path))]
     assert len(lines) == 3
+
+
+def test_models_made_in_python_are_asked_too(tmp_path):
+    """A rod in millimetres, megapascals and tonnes: each number is questioned, in the report as well."""
+    lab = lissom.Scene.load(SCENES / "lab-horizontal.toml")
+    assert lab.advice() == advice(lab)
+    assert lab.model.advice() == []
+    segment = lissom.Segment(80.0, 4.0, 0.3, 0.1, 1e-6, modes={"bend_y": 3})
+    rod = lissom.Rod([segment])
+    asked = rod.advice()
+    for word in ("0.3 Pa", "1e-06 kg/m³", "8 m wide"):
+        assert any(word in sentence for sentence in asked), (word, asked)
+    at_rest = lissom.Rod([segment], gravity=(0.0, 0.0, 0.0))
+    lissom.statics(at_rest).report(tmp_path / "rest.html", at_rest)
+    lissom.simulate(at_rest, 1e-2, dt=1e-2).report(tmp_path / "motion.html")
+    for page in ("rest.html", "motion.html"):
+        assert "softer than any gel" in (tmp_path / page).read_text(encoding="utf-8")

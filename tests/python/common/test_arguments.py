@@ -60,7 +60,7 @@ KINDS = {
 
 #: Results and their parts, which functions create: they hold what they are given.
 CREATED = {
-    *("Balance", "ContactEvent", "Touch", "LinearModel", "sensors.Sensor"),
+    *("Balance", "ContactEvent", "Peak", "Touch", "LinearModel", "sensors.Sensor"),
     *("gym.Outcome", "gym.Start", "gym.States"),
     *("EquilibriumSensitivityResult", "EquilibriaResult", "FitResult", "FittedData", "SensitivityResult"),
 }

@@ -8,8 +8,9 @@ import pytest
 
 import lissom
 from lissom.drawing import report
-from lissom.drawing.report import layers, loads, page
+from lissom.drawing.report import layers, loads, motion, page, quantities
 from lissom.drawing.report import studies as study_reports
+from lissom.model.views import view
 from lissom.results import studies
 from lissom.results.runs import Run
 
@@ -271,7 +272,14 @@ def test_the_reader_picks_a_link(run, built):
     for source in [source for sources in shown.sources for source in sources]:
         assert text.count(f'id="{source}"') == 1
     assert "<b>ball" not in text.replace(html.escape("<b>ball"), "").split("<script")[0]
-    assert [section.title for section in built.sections] == ["Motion", "Links", "Energy", "Solver", "Scene"]
+    assert [section.title for section in built.sections] == [
+        "Motion",
+        "Links",
+        "Largest values",
+        "Energy",
+        "Solver",
+        "Scene",
+    ]
 
 
 def test_the_curves_are_those_of_the_link(run, built):
@@ -405,8 +413,23 @@ def test_reports_of_models_made_in_python(tmp_path):
     text = (tmp_path / "rod.html").read_text(encoding="utf-8")
     assert "<title>A &lt;rod&gt;</title>" in text
     titles = [section.title for section in report.build_result(result, "A rod").sections]
-    assert titles == ["Motion", "Tip", "Coordinates", "Energy", "Solver"]
+    assert titles == ["Motion", "Tip", "Coordinates", "Largest values", "Energy", "Solver"]
     other = lissom.newmark(lambda t, q, v, a: a + q, (0.0, 0.1), [1.0], [0.0], dt=0.01)
     with pytest.raises(ValueError, match="not of `newmark`"):
         report.write_result(other, tmp_path / "other.html")
     assert not (tmp_path / "other.html").exists()
+
+
+def test_stress_of_reports_leaves_out_active_strains():
+    """A rod that an active strain alone bends is free of stress; its curvature is shown."""
+    segment = lissom.Segment(1.0, 0.01, 2e9, 8e8, 1000.0, modes={"bend_y": 3})
+    bent = lissom.ActiveStrain("finger", "bend_y", 1.0, amount=lissom.Input("bend", 2.0))
+    robot = lissom.Robot([lissom.Link("finger", rod=[segment])], actuators=[bent], gravity=(0, 0, 0))
+    found = lissom.statics(robot)
+    seen = view(robot)
+    one = np.zeros(1)
+    (tube,) = motion.tubes(seen, found.q[None], np.zeros((1, 3)), one, np.array([[2.0]]))
+    np.testing.assert_allclose(tube.quantities[quantities.CURVATURE], 2.0)
+    assert tube.quantities[quantities.STRESS].max() < 1e-8 * 2e9 * 0.02
+    (tube,) = motion.tubes(seen, found.q[None], np.zeros((1, 3)), one, np.array([[0.0]]))
+    np.testing.assert_allclose(tube.quantities[quantities.STRESS], 2e9 * 0.02)

@@ -97,6 +97,7 @@ def discover() -> dict[str, Function]:
             add_python(f"{module}.{name}", getattr(getattr(lissom, module), name))
     for name in ("measure", "read", "observe", "record", "reset", "copy"):
         add_python(f"sensors.Sensor.{name}", getattr(lissom.sensors.Sensor, name))
+    add_python("LinearModel.discrete", lissom.LinearModel.discrete)
     for kind in ("RobotEnv", "RobotVectorEnv"):
         for name in ("reset", "step"):
             add_python(f"gym.{kind}.{name}", getattr(getattr(lissom.gym, kind), name))
@@ -303,6 +304,7 @@ CONTAINERS = (
     "lissom.Balance",
     "lissom.ContactEvent",
     "lissom.LinearModel",
+    "lissom.Peak",
     "lissom.Touch",
     "lissom.gym.Outcome",
     "lissom.gym.Start",

@@ -21,6 +21,7 @@ _IVP = {
     "vectorized": "False",
 }
 _STATE = {"q": _a(0.1, 0.2), "qd": _a(0.3, -0.1), "qdd": _a(-0.2, 0.5), "t": "0.1"}
+_BENT = "[[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.19, 0.0, -0.05]]"
 _MODEL = "v.MODELS['{model}']()"
 _ENERGIES = ("kinetic", "elastic", "gravitational", "loads", "dissipated", "work")
 _TABLE = "([0.0, 0.1, 0.2], [0.01, 0.02, 0.015])"
@@ -119,6 +120,15 @@ RECIPES: dict[str, dict | list[dict]] = {
             "stiffness": "1e4",
         },
     ],
+    "Peak": {
+        "quantity": "'tension'",
+        "unit": "'N'",
+        "part": "'t'",
+        "value": "1.0",
+        "X": "None",
+        "t": "0.1",
+        "index": "0",
+    },
     "ContactEvent": {"t": "0.1", "contact": "'c'", "kind": "'touch'", "q": "np.zeros(2)", "v": "np.zeros(2)"},
     "Touch": {
         "contact": "'c'",
@@ -168,6 +178,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "states": "('a', 'b')",
         "inputs": "('a', 'b')",
         "outputs": "('a', 'b')",
+        "dt": "None",
     },
     "Link": {
         "name": "'a'",
@@ -317,6 +328,10 @@ RECIPES: dict[str, dict | list[dict]] = {
             "prefer": _a(1.0, 2.0),
         },
         {"self": "v.robot()", "link": "[lissom.Target('b', [0.06, 0, -0.08])]", "prefer": "'start'"},
+    ],
+    "Robot.coordinates_of": [
+        {"self": "v.moving()", "points": _BENT, "X": _a(0.0, 0.1, 0.2), "link": "'rod'", "q0": _a(0.1, 0.2)},
+        {"self": "v.moving()", "points": _BENT, "frames": "[[1.0, 0.0, 0.0, 0.0]] * 3"},
     ],
     "Rod": {
         "segments": "[v.segment(), v.segment()]",
@@ -566,6 +581,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "t_eval": _a(0.0, 0.01, 0.05),
         "progress": "lambda t: None",
         "max_steps": "500",
+        "max_seconds": "100.0",
     },
     "sensitivity": [
         {
@@ -665,6 +681,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "t_eval": _a(0.02, 0.03, 0.05),
             "progress": "lambda done: None",
             "max_steps": "500",
+            "max_seconds": "100.0",
         },
         {
             "model": "[v.antagonists(), v.antagonists()]",
@@ -694,6 +711,7 @@ RECIPES: dict[str, dict | list[dict]] = {
             "atol": "1e-6",
         },
         {"model": _MODEL, "dt": "0.01", "adaptive": "True", "max_step": "0.01", "min_step": "1e-6"},
+        {"model": _MODEL, "dt": "0.01", "max_seconds": "100.0"},
     ],
     "Simulations": {
         "model": _MODEL,
@@ -795,6 +813,7 @@ _FILM = {"path": "v.place('x.gif')", "fps": "10.0", "duration": "0.2"}
 _MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
 RECIPES |= {
     "load": {"path": "v.saved()"},
+    "Model.advice": {"self": _MODEL},
     "Model.to_scene": {
         "self": "v.robot()",
         "t_end": "0.5",
@@ -802,6 +821,7 @@ RECIPES |= {
         "q0": _a(0.1, 0.2),
         "v0": _a(0.1, 0.2),
     },
+    "Scene.advice": {"self": "v.scene()"},
     "Scene.save": {"self": "v.scene()", "path": "v.place('x.toml')"},
     "MotionResult.plot": {"self": _MOVED},
     "MotionResult.animate": {"self": _MOVED, "path": "v.place('x.gif')", "fps": "50.0", "speed": "0.1"},
@@ -832,6 +852,13 @@ RECIPES |= {
         ),
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
+    "LinearModel.discrete": {
+        "self": "lissom.linearise(v.planar(), np.zeros(2))",
+        "dt": "1e-2",
+        "delay": "1.5e-2",
+    },
+    "MotionResult.peaks": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
+    "MotionResult.pose": {"self": _MOVED, "X": _a(0.0, 0.1), "link": "'rod'"},
     "MotionResult.contact_events": {"self": "v.alone(lissom.simulate(v.touching(), 0.02))"},
     **{
         f"EnsembleResult.{name}": {"self": "lissom.simulate_many(v.planar(), 0.02, q0=np.zeros((2, 2)))"}
@@ -861,6 +888,7 @@ RECIPES |= {
     "StaticsResult.plot": {"self": f"v.alone({_SAVED['StaticsResult']})", "model": "v.planar()"},
     "ContinuationResult.plot": {"self": f"v.alone({_SAVED['ContinuationResult']})", "model": "v.planar()"},
     "ModesResult.plot": {"self": f"v.alone({_SAVED['ModesResult']})"},
+    "StaticsResult.peaks": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN,
     "StaticsResult.report": {"self": f"v.alone({_SAVED['StaticsResult']})"} | _SHOWN | _PAGE,
     "ContinuationResult.report": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _PAGE,
     "ContinuationResult.animate": {"self": f"v.alone({_SAVED['ContinuationResult']})"} | _SHOWN | _FILM,
@@ -872,8 +900,9 @@ RECIPES |= {
 #: Classes that only functions create, and exceptions: calling them must raise, or create an exception.
 _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
-CriticalPoint DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult FittedData
-JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult MotionResult
+CriticalPoint CurveResult DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult
+FittedData JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult
+MotionResult
 OdeResult OdeSolver Overlap ReachResult RootResult Scene SceneError SceneProblem Section
 SimulationSettings SpaceError StaticsResult Statistics
 """

@@ -252,7 +252,9 @@ def difference(one, other) -> str | None:
         equal = one.shape == other.shape and np.array_equal(one, other, equal_nan=one.dtype.kind in "fc")
         return None if equal else "values"
     if isinstance(one, dict):
-        return difference(list(one.items()), list(other.items()))
+        return difference(
+            *([item for item in each.items() if item[0] not in NOT_DATA] for each in (one, other))
+        )
     if isinstance(one, tuple | list):
         if len(one) != len(other):
             return "length"

@@ -44,3 +44,32 @@ def test_there_are_examples():
 def test_links_lead_somewhere(page):
     for target in re.findall(r"\]\((?!https?:|#)([^)#]+)", page.read_text()):
         assert (page.parent / target).exists(), target
+
+
+#: English that readers stumble over, and what to write instead.
+STUMBLES = {
+    r"\d ?(?:µs|ms|s|%)? an? (?:step|call|second|minute|point|inch|row|segment|strain|turn|run)\b": "per",
+    r"\b(?:iterations|evaluations|residuals|modes|nodes|numbers|frames) an? "
+    r"(?:step|call|second|segment|strain|turn|row)\b": "per",
+    r"\bsome (?:\d|ten\b|tens\b|hundred|thousand|microseconds|seconds|minutes)": "about, a few",
+    r"\[[\w/.-]+\.md\]\(": "words as the text of a link",
+    r"\b(?:hangs? on|takes? over|stands? before|dearer|jolted|flawed|sunken)\b": "a word of the field",
+    r"\b(?:is|are|be) told\b|\btells? (?:apart|how|what|which)\b": "report, distinguish, determine",
+}
+#: Written by commands, from texts elsewhere.
+WRITTEN = {"work_precision.md", "validation.md", "gallery.md", "benchmarks.md", "peers.md"}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [ROOT / "README.md", *(page for page in PAGES if page.name not in WRITTEN)],
+    ids=lambda page: str(page.relative_to(ROOT)),
+)
+def test_pages_are_easy_to_read(page):
+    text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(), flags=re.S)
+    found = [
+        f"{match[0]!r}: write {better}"
+        for pattern, better in STUMBLES.items()
+        for match in re.finditer(pattern, text)
+    ]
+    assert found == []

@@ -21,7 +21,7 @@ import octopus  # noqa: E402
 import rigid_trees  # noqa: E402
 import rotation_vectors  # noqa: E402
 import tendon_arm  # noqa: E402
-from peers import environment, robot_peers_report  # noqa: E402
+from peers import cosseratbench_report, environment, robot_peers_report  # noqa: E402
 
 ROOTS = ["weld", "revolute", "spherical", "free"]
 seeds = st.integers(0, 10_000)
@@ -232,7 +232,8 @@ def test_the_page_has_a_section_for_every_table():
     ]
     sections = robot_peers_report.sections(rows, "on this machine")
     page = (ROOT / "docs" / "peers.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"<!-- (\w+) -->", page)) == set(sections)
+    others = cosseratbench_report.sections([], "on this machine")
+    assert set(re.findall(r"<!-- (\w+) -->", page)) == set(sections) | set(others)
     for text in sections.values():
         for found in text.split("\n\n"):
             lines = [line.count("|") for line in found.splitlines() if line.startswith("|")]
@@ -247,6 +248,29 @@ def test_the_page_has_a_section_for_every_table():
     assert "| MuJoCo | 5 links | fails |" in sections["arm_convergence"]
     alone = robot_peers_report.sections([row for row in rows if "tendon" in row["part"]], "on this machine")
     assert alone == {name: text for name, text in sections.items() if name.startswith("arm_")}
+
+
+def test_tables_of_the_benchmark_say_how_runs_ended():
+    def row(solver, variant="default", **more):
+        given = {"experiment": "pile", "solver": solver, "variant": variant, "outcome": "completed"}
+        return given | {"metrics": {"pile_height": 2.5}, "processor_time": 3.0, "failure": None} | more
+
+    failed = {"outcome": "diverged", "metrics": {}, "processor_time": None, "diverged_at": 1.25}
+    rows = [
+        row("lissom", **failed, failure="The limit of 2 s of wall-clock time was reached: what was"),
+        row("pyelastica"),
+        row("mujoco", outcome="unsupported", metrics={}, processor_time=None),
+        row("lissom", variant="time_step_scale=2", metrics={"pile_height": None}),
+    ]
+    sections = cosseratbench_report.sections(rows, "about")
+    ordinary = sections["cosseratbench"]
+    assert (
+        "| pile | lissom | **ended at 1.25 s**: The limit of 2 s of wall-clock time was reached |  |"
+        in ordinary
+    )
+    assert "| pile | PyElastica | pile height 2.5 | 3 s |" in ordinary
+    assert "| pile | MuJoCo | does not express it |  |" in ordinary
+    assert "| pile | time step scale=2 | pile height n/a | 3 s |" in sections["cosseratbench_variants"]
 
 
 def test_what_is_installed_is_pinned_with_hashes():

@@ -556,3 +556,72 @@ def test_accuracy_does_not_depend_on_the_unit_of_what_reaches_nowhere(kind, unit
     assert other.success
     assert other.stats.steps == one.stats.steps
     np.testing.assert_allclose(other.q[-1] / unit, one.q[-1], rtol=1e-9)
+
+
+def jumping_rod(jump, as_table=False):
+    """A soft rod whose load jumps, as a function of time or as a table with an edge of one spacing."""
+    force = np.array([0.0, 0.0, 0.3])
+    table = ([jump, np.nextafter(jump, 1.0)], [np.zeros(3), force])
+    load = lissom.Load(force=table if as_table else lambda t: force if t >= jump else np.zeros(3))
+    segment = lissom.Segment(0.5, 0.01, 1e7, 4e6, 1100.0, {"bend_y": 2}, retardation_time=0.01)
+    return lissom.Rod([segment], loads=[load])
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_a_function_that_jumps_limits_no_steps_elsewhere(tolerance):
+    jump = 0.3**0.5
+    found, known = (
+        lissom.simulate(jumping_rod(jump, as_table), 2.0, method="auto", rtol=tolerance, dt=STEP)
+        for as_table in (False, True)
+    )
+    assert found.success
+    assert found.stats.steps < known.stats.steps + 20
+    exact = lissom.simulate(jumping_rod(jump, as_table=True), 2.0, method="radau", rtol=1e-9, dt=STEP)
+    assert distance(found.model, found, exact) < tolerance
+
+
+def test_a_model_keeps_no_ends_of_steps():
+    """Those beside jumps are of one request, also where a model with more nodes is returned."""
+    rod = jumping_rod(0.3)
+    before = lissom.simulate(rod, 2.0, method="radau", rtol=1e-3)
+    lissom.simulate(rod, 2.0, method="auto", rtol=1e-3, dt=STEP)
+    after = lissom.simulate(rod, 2.0, method="radau", rtol=1e-3)
+    np.testing.assert_array_equal(before.t, after.t)
+
+
+def rubbing_chain():
+    """Two heavy links whose dry friction stops them."""
+    joint = lissom.Revolute((0, 1, 0), friction=1.0, friction_velocity=1e-3)
+    body = lissom.Body(1.0, centre=(0.15, 0, 0), inertia=np.diag([1e-3, 8e-3, 8e-3]))
+    links = [
+        lissom.Link("upper", joint=joint, body=body),
+        lissom.Link("lower", parent="upper", position=(0.3, 0, 0), joint=joint, body=body),
+    ]
+    return lissom.Robot(links), [0.6, 0.4]
+
+
+def test_loose_tolerances_do_not_make_dry_friction_costly():
+    robot, q0 = rubbing_chain()
+    times = np.linspace(0.0, 0.8, 101)
+    tight, loose = (
+        lissom.simulate(
+            robot, 0.8, q0=q0, method="radau", rtol=1e-2 * tolerance, atol=tolerance, t_eval=times
+        )
+        for tolerance in (1e-4, 1e-2)
+    )
+    assert loose.success
+    assert loose.stats.steps < tight.stats.steps
+
+
+def test_a_ball_in_the_air_is_followed_on_the_stiff_floor():
+    """Nothing is stiff before it lands; then it takes 7000 explicit steps, or a tenth of that by Radau."""
+    body = lissom.Body(0.1, inertia=2e-5 * np.eye(3))
+    floor = lissom.Contact(lissom.Ball("ball", 0.02), lissom.HalfSpace(), stiffness=1e4, friction=0.3)
+    robot = lissom.Robot([lissom.Link("ball", joint=lissom.Free(), body=body)], contacts=[floor])
+    q0, v0 = [0, 0, 0.05, 0, 0, 0], [0.5, 0, 0, 0, 0, 0]
+    found = lissom.simulate(robot, 1.0, q0=q0, v0=v0, method="auto", rtol=1e-2)
+    assert found.success
+    assert "radau, because explicit steps became short" in found.message
+    assert found.stats.steps < 2000
+    exact = lissom.simulate(robot, 1.0, q0=q0, v0=v0, method="radau", rtol=1e-9, atol=1e-11, t_eval=found.t)
+    assert np.linalg.norm(found.q[:, :3] - exact.q[:, :3], axis=1).max() < 1e-2 * 0.02

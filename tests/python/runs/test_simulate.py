@@ -90,6 +90,7 @@ def test_the_documented_defaults_are_the_real_ones():
         "reuse_jacobian": True,
         "control": None,
         "control_step": None,
+        "max_seconds": None,
     }
     plain = simulate(pendulum(), 1.0, **START)
     given = {name: value for name, value in options.items() if value is not None}

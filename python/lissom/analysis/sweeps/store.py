@@ -131,7 +131,7 @@ def _words(rows: Array) -> Array:
 class Zarr(Memory):
     """A Zarr store. Data are written before the mark of a finished point, and in whole chunks.
 
-    When a store is opened again, the checksum of every point is compared: it tells which ones are finished;
+    When a store is opened again, the checksum of every point is compared: it shows which ones are finished;
     the marks are for other programs. Damaged points (of a chunk or an array that is missing, cut, changed or
     that of other points) are named in a warning, and count as not finished.
     """

@@ -1,4 +1,4 @@
-"""What pages may say: the messages of the controls and the camera, with values of the right type.
+"""Messages that pages may send: those of the controls and the camera, with values of the right type.
 
 viser sets every attribute of its objects that a message names, and sends to all pages what one has sent. Here
 other messages are dropped before viser reads them.

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...model import fibres
 from ...model.views import View
 from ..report import contacts, layers, quantities, solids, symbols
 from ..report import motion as drawing
@@ -56,10 +57,11 @@ class Shape:
         if view.is_spatial:
             # Sections are the same in all shapes.
             self._tubes = [
-                replace(tube, quantities={}) for tube in drawing.tubes(view, q[None], v[None], np.array([t]))
+                replace(tube, quantities={})
+                for tube in drawing.tubes(view, q[None], v[None], np.array([t]), u[None])
             ]
             self._radius, self._half_axis = drawing.widest(view), drawing.half_axis(view, view.size)
-        self._at = [solids.segments(link) for link in view.links]
+        self._at = [fibres.segments(link, link.stations) for link in view.links]
         self._half = [
             solids.sections(link, at, 0.0)[0] for link, at in zip(view.links, self._at, strict=True)
         ]
@@ -98,7 +100,7 @@ class Shape:
             q[None], v[None], u[None], at, one, self.view.size, self._radius, self._half_axis, self._largest
         )
         return [
-            *self._shaded([self._moved(i, q, at) for i in range(len(self._tubes))], q, v, at),
+            *self._shaded([self._moved(i, q, at) for i in range(len(self._tubes))], q, v, at, u),
             *drawing.bodies(self.view, q[None], at),
             *symbols.symbols(self.view.glyphs, shown),
             *contacts.contacts(self.view.glyphs.contacts, shown, *self._box),
@@ -127,13 +129,13 @@ class Shape:
         """End of the colour scale: the largest value so far."""
         return 0.0 if self.colour is None else float(self._largest.of(self.colour, 0.0))
 
-    def _shaded(self, tubes: list[Tube], q: Array, v: Array, t: Array) -> list[Tube]:
+    def _shaded(self, tubes: list[Tube], q: Array, v: Array, t: Array, u: Array) -> list[Tube]:
         """Tubes with their positions on the colour scale."""
         if self.colour is None:
             return tubes
         values = [
             # Models at rest have no speeds, and given sections no stress.
-            quantities.along(link, q[None], v[None], t, half, at).get(
+            quantities.along(link, q[None], v[None], t, u[None], half, at).get(
                 self.colour, np.zeros((1, len(link.stations)))
             )
             for link, half, at in zip(self.view.links, self._half, self._at, strict=True)

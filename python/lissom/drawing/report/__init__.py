@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
+from ...analysis.advice import about_model
 from ...common import disk
 from ...results.runs import COUNTERS, Array, Made, Run
-from . import actuators, contacts, curves, loops, motion, page, text
+from . import actuators, contacts, curves, loops, motion, page, peaks, text
 
 if TYPE_CHECKING:
     from ...analysis.equilibria import EquilibriumSensitivityResult
@@ -130,6 +131,7 @@ def build_result(result: MotionResult, title: str) -> page.Page:
             "Finished." if result.success else f"Ended at {result.t[-1]:.3g} s: {result.message}",
             result.success,
         ),
+        advice=about_model(result.model),
         sections=[*_shown(made), page.Section("Solver", [page.Table(("", ""), rows)])],
     )
 
@@ -162,6 +164,7 @@ def _shown(run: Run | Made) -> list[page.Section]:
         *_actuators(run),
         *_loops(run),
         *_contacts(run),
+        *peaks.of_motion(run),
         *([page.Section("Energy", energies)] if energies else []),
     ]
 

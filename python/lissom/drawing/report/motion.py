@@ -111,7 +111,7 @@ def _in_space(run: Animated) -> Scene:
     seen = run.view
     at = frames(run)
     q, v, t = run.q[at], run.v[at], run.clock[at]
-    drawn: list[layers.Thing] = [*tubes(seen, q, v, t), *bodies(seen, q, t)]
+    drawn: list[layers.Thing] = [*tubes(seen, q, v, t, run.u[at]), *bodies(seen, q, t)]
     drawn += _tips(run, at)
     low, high = layers.extent(drawn)
     # A body that travels far is small in its bounding box.
@@ -142,12 +142,12 @@ def frames(run: Animated) -> NDArray[np.intp]:
     return run.instants(int(min(most, max(FRAME_RATE * float(run.t[-1] - run.t[0]), MIN_FRAMES)) + 1))
 
 
-def tubes(seen: View, q: Array, v: Array, t: Array) -> list[layers.Tube]:
+def tubes(seen: View, q: Array, v: Array, t: Array, u: Array) -> list[layers.Tube]:
     """Links in several shapes, transparent if there is something inside."""
     least = LEAST_RADIUS * seen.size
     is_hollow = any(glyph.way is not None for glyph in seen.glyphs.actuators)
     opacity = OPACITY_AROUND_ACTUATORS if is_hollow else 1.0
-    return [solids.tube(link, q, v, t, least, opacity) for link in seen.links]
+    return [solids.tube(link, q, v, t, u, least, opacity) for link in seen.links]
 
 
 def bodies(seen: View, q: Array, t: Array) -> list[layers.Solid]:

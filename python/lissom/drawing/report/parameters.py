@@ -167,7 +167,7 @@ def _titles(result: FitResult) -> list[str]:
 
 
 def _advice(result: FitResult) -> list[str]:
-    """What the residuals and the Jacobian say of the values."""
+    """Advice from the residuals and the Jacobian."""
     advice = []
     for i, each in enumerate(result.data):
         # Of white noise it has this standard deviation.
@@ -194,7 +194,7 @@ def _advice(result: FitResult) -> list[str]:
 
 
 def _left(result: FitResult) -> list[tuple[str, str]]:
-    """What is left of the data, as rows of a table."""
+    """The residuals, as rows of a table."""
     rows = []
     for i, each in enumerate(result.data):
         which = "" if len(result.data) == 1 else f"data[{i}], {each.kind}: "

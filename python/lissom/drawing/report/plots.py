@@ -126,7 +126,7 @@ def without_rounding(figure: Figure) -> Figure:
 
 
 def _unit(plot: Plot) -> str:
-    """What stands in the parentheses of the title, or all of it."""
+    """The text in the parentheses of the title, or all of it."""
     return plot.y.title.partition(" (")[2] or plot.y.title
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import views
+from ...model import fibres, views
 
 Array = NDArray[np.float64]
 
@@ -18,26 +18,27 @@ CURVATURE, STRESS, SPEED = "curvature (1/m)", "axial stress (Pa)", "speed (m/s)"
 SPEED_STATIONS = 13
 
 
-def along(link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Sequence[int]) -> dict[str, Array]:
+def along(
+    link: views.Link, q: Array, v: Array, t: Array, u: Array, half: Array, at: Sequence[int]
+) -> dict[str, Array]:
     """Values (shapes, stations) by name; non-finite ones are omitted.
 
     Stations have half extents ``half`` (stations, 2) and are in the segments ``at``.
     """
     # The last state of a failed run can overflow.
     with np.errstate(over="ignore", invalid="ignore"):
-        found = _quantities(link, q, v, t, half, at)
+        found = _quantities(link, q, v, t, u, half, at)
     return {name: values for name, values in found.items() if np.isfinite(values).all()}
 
 
 def _quantities(
-    link: views.Link, q: Array, v: Array, t: Array, half: Array, at: Sequence[int]
+    link: views.Link, q: Array, v: Array, t: Array, u: Array, half: Array, at: Sequence[int]
 ) -> dict[str, Array]:
     found: dict[str, Array] = {}
     if link.strain is not None:
         strain = link.strain(q, link.stations)
         found[CURVATURE] = np.linalg.norm(strain[..., 1:3], axis=-1)
-        rest = link.strain(np.zeros((1, q.shape[1])), link.stations)
-        stress = axial_stress(link, strain - rest, half, at)
+        stress = fibres.axial_stress(link, q, link.stations, t, u, half, at)
         if stress is not None:
             found[STRESS] = stress
     if link.velocity is not None and np.any(v):
@@ -46,23 +47,3 @@ def _quantities(
         speed = np.linalg.norm(velocity, axis=-1)
         found[SPEED] = np.stack([np.interp(link.stations, few, each) for each in speed])
     return found
-
-
-def axial_stress(link: views.Link, change: Array, half: Array, at: Sequence[int]) -> Array | None:
-    """The largest elastic stress along the rod in each section, pascals, (shapes, stations).
-
-    E times the strain of the outermost fibre due to stretch and bending, from the change of the strains
-    (shapes, stations, 6) relative to the reference strain. Exact for circles and ellipses, where the fibre of
-    largest bending strain is on the boundary, and at the corners of rectangles. None if a segment has no
-    Young's modulus.
-    """
-    moduli = [segment.young_modulus for segment in link.segments]
-    if None in moduli:
-        return None
-    # Bending about y causes axial strain along z.
-    bending = np.abs(change[..., 1:3] * half[:, ::-1])
-    is_square = np.array([link.segments[i].section.shape == "rectangle" for i in at])
-    outermost = np.where(is_square, bending.sum(axis=-1), np.hypot(bending[..., 0], bending[..., 1]))
-    modulus = np.array(moduli, float)[list(at)]
-    stress: Array = modulus * (np.abs(change[..., 3]) + outermost)
-    return stress

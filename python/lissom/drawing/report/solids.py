@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...model import views
+from ...model import fibres, views
 from . import quantities
 from .layers import Solid, Tube, quaternions
 
@@ -16,10 +16,12 @@ Array = NDArray[np.float64]
 MOST_RADIUS = 0.03
 
 
-def tube(link: views.Link, q: Array, v: Array, t: Array, least_radius: float, opacity: float = 1.0) -> Tube:
+def tube(
+    link: views.Link, q: Array, v: Array, t: Array, u: Array, least_radius: float, opacity: float = 1.0
+) -> Tube:
     """A rod in several shapes, with at least this radius."""
     poses = link.pose(q, link.stations, t)
-    at = segments(link)
+    at = fibres.segments(link, link.stations)
     half, hole = sections(link, at, least_radius)
     return Tube(
         link.name,
@@ -30,14 +32,14 @@ def tube(link: views.Link, q: Array, v: Array, t: Array, least_radius: float, op
         hole,
         [link.segments[i].section.shape == "rectangle" for i in at],
         at,
-        quantities.along(link, q, v, t, sections(link, at, 0.0)[0], at),
+        quantities.along(link, q, v, t, u, sections(link, at, 0.0)[0], at),
         opacity,
     )
 
 
 def widest(link: views.Link, least_radius: float) -> float:
     """Largest distance of a rod's surface from its axis as drawn, metres."""
-    half, _ = sections(link, segments(link), least_radius)
+    half, _ = sections(link, fibres.segments(link, link.stations), least_radius)
     return float(half.max())
 
 
@@ -53,20 +55,11 @@ def placed(poses: Array, points: Array) -> Array:
     return points @ np.swapaxes(poses[..., :3, :3], -1, -2) + poses[..., None, :3, 3]
 
 
-def segments(link: views.Link) -> list[int]:
-    """The segment of each station; at a boundary the preceding one."""
-    ends = np.cumsum([segment.length for segment in link.segments])
-    return [min(int(np.searchsorted(ends, station)), len(ends) - 1) for station in link.stations]
-
-
 def sections(link: views.Link, at: list[int], least_radius: float) -> tuple[Array, Array]:
     """Half extents along y and z (stations, 2), metres, and relative radii of holes (stations,)."""
-    ends = np.cumsum([segment.length for segment in link.segments])
     half, hole = np.empty((len(at), 2)), np.zeros(len(at))
-    for k, (station, i) in enumerate(zip(link.stations, at, strict=True)):
-        segment = link.segments[i]
-        section = segment.section
-        fraction = min(max((station - (ends[i] - segment.length)) / segment.length, 0.0), 1.0)
+    for k, (fraction, i) in enumerate(zip(fibres.fractions(link, link.stations, at), at, strict=True)):
+        section = link.segments[i].section
         size = np.array(section.half_extents(fraction))
         if section.shape == "given":
             size = np.minimum(size, MOST_RADIUS * link.length)

@@ -15,7 +15,7 @@ from ...model.views import Member
 from ...results.runs import Array
 from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
 from ..oscillation import frequency, is_rounding, mode_motion
-from . import motion, page, plots, theme
+from . import motion, page, peaks, plots, theme
 from .text import quantity
 
 #: Number of animated modes; the table contains all of them.
@@ -44,7 +44,6 @@ def statics(study: StaticsStudy) -> page.Page:
     return replace(
         built,
         lead=f"Equilibrium at rest, {start}",
-        advice=about_model(scene.model),
         sections=[*built.sections, _source(scene)],
     )
 
@@ -75,10 +74,18 @@ def equilibrium(
         sections = motion.sections("Shape", both, "0 is the start, 1 the equilibrium.")
     if found.success and shown.members:
         sections.append(page.Section("Links", [_wrenches(setting, found.q, shown.members)]))
+    if found.success:
+        sections += peaks.of_equilibrium(setting, found.q)
     rows = summary(setting, found, wall_time)
     sections.append(page.Section("Result", [found.message, page.Table(("", ""), rows)]))
     lead = f"{shown.title}, {setting.model.n} generalised coordinates, at rest."
-    return page.Page(title=title, lead=lead, outcome=outcome(found), sections=sections)
+    return page.Page(
+        title=title,
+        lead=lead,
+        outcome=outcome(found),
+        advice=about_model(setting.model),
+        sections=sections,
+    )
 
 
 def continuation(setting: Setting, found: ContinuationResult, title: str) -> page.Page:
@@ -104,6 +111,7 @@ def continuation(setting: Setting, found: ContinuationResult, title: str) -> pag
     ]
     return page.Page(
         title=title,
+        advice=about_model(setting.model),
         lead=f"{setting.view.title}, {setting.model.n} generalised coordinates: a path of equilibria.",
         outcome=("Finished." if found.success else f"Ended early: {found.status}", found.success),
         sections=[
@@ -237,7 +245,6 @@ def modes(study: ModesStudy) -> page.Page:
     return replace(
         built,
         lead=f"Natural modes about the {about}.",
-        advice=about_model(scene.model),
         sections=[*built.sections, _source(scene)],
     )
 
@@ -257,6 +264,7 @@ def vibrations(setting: Setting, q: Array, found: ModesResult, title: str) -> pa
     ]
     return page.Page(
         title=title,
+        advice=about_model(setting.model),
         lead=f"{setting.view.title}: natural modes, {len(found.frequency)} of them.",
         outcome=("Stable" if found.is_stable else "Unstable", found.is_stable),
         sections=[*animated, page.Section("Modes", [page.Table(COLUMNS, table(found), frozenset(COLUMNS))])],

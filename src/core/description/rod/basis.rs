@@ -79,7 +79,7 @@ impl Basis {
     }
 
     /// Writes the integrals of the functions from 0 to `x`.
-    pub(crate) fn integrals(self, x: f64, values: &mut [f64]) {
+    pub fn integrals(self, x: f64, values: &mut [f64]) {
         match self {
             Self::Legendre => legendre_integrals(x, values),
             Self::Chebyshev => chebyshev_integrals(x, values),

@@ -8,7 +8,7 @@ use crate::numerics::lie::LANES;
 
 /// Number of nodes that a segment needs beyond its number of modes. Two integrations (strain to velocity,
 /// velocity to force) and a rotation by up to about half a turn increase the degrees of the polynomials by
-/// this much; see `docs/rod.md` for the measured error.
+/// this much; see `docs/methods/rods.md` for the measured error.
 const NODES_BEYOND_MODES: usize = 9;
 
 /// A linearly tapered radius enters the second moment of area with its fourth power, and requires this many

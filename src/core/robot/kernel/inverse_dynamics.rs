@@ -1,7 +1,7 @@
 //! Inverse dynamics by one forward sweep for the motion and one backward sweep for the forces: `tau = Q + K
 //! q + D qd`.
 //!
-//! In the inertial frame the recursions along the rod are plain integrals (`docs/rod.md`):
+//! In the inertial frame the recursions along the rod are plain integrals (`docs/theory.md`):
 //! V = int S qd, A = -(0; g) + int [S qdd + ad_V (S qd)], F = int (N A - ad_V^T N V - loads), Q_j = int S_j . F.
 
 use super::adjoint::carried;

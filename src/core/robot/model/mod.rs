@@ -66,6 +66,8 @@ pub struct RobotModel {
     held: Option<Vec<f64>>,
     /// Size of the steps in seconds if that is fixed, zero for others, NaN without.
     steps: f64,
+    /// Times at which adaptive steps end in addition to those that signals tell.
+    ends: Arc<[f64]>,
     /// Whether tendons that do not stretch stay taut or slack as they are.
     slack_is_kept: bool,
     /// The energy at the end of the last step that was asked whether it gains any.
@@ -203,6 +205,7 @@ impl RobotModel {
             marks: Arc::new([]),
             held: None,
             steps: f64::NAN,
+            ends: Arc::new([]),
             slack_is_kept: false,
             noted: NotedEnergy::default(),
             pressed: Pressed::default(),
@@ -418,21 +421,23 @@ impl RobotModel {
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.strain(q, place)))
     }
 
-    /// Moment and force in a motion that the part of a rod before a place exerts on what lies beyond,
+    /// Moments and forces in a motion that the part of a rod before each place exerts on what lies beyond,
     /// including bodies and loads at the place: about the section's point and in its axes, from the balance
     /// of everything beyond. For a planar robot the components in its plane. At the base of a link this is
-    /// [`Self::joint_wrench`].
-    pub fn internal_wrench_at(
+    /// [`Self::joint_wrench`]. The forces of loops are found once for all places.
+    pub fn internal_wrenches_at(
         &mut self,
         q: &[f64],
         qd: &[f64],
         qdd: &[f64],
-        place: &Place,
-    ) -> [Vector<f64>; 2] {
+        places: &[Place],
+    ) -> Vec<[Vector<f64>; 2]> {
         self.with_loops_held([q, qd, qdd], |model| {
             let Self { sweeps, coordinates, .. } = model;
-            coordinates
-                .all([q, qd, qdd], |state| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place)))
+            coordinates.all([q, qd, qdd], |state| {
+                let at = |place| on_sweeps!(sweeps, sweeps => sweeps.internal_wrench(state, place));
+                places.iter().map(at).collect()
+            })
         })
     }
 

@@ -37,7 +37,12 @@ impl InTime for RobotModel {
 
 impl Excitation for RobotModel {
     fn horizon(&self, t: f64) -> f64 {
-        self.robot.horizon(t)
+        let next = self.ends.partition_point(|&end| end <= t);
+        self.ends.get(next).map_or(f64::INFINITY, |&end| end).min(self.robot.horizon(t))
+    }
+
+    fn end_steps_at(&mut self, times: &[f64]) {
+        self.ends = times.into();
     }
 
     fn corner(&self, cell: Cell) -> Option<f64> {

@@ -15,6 +15,11 @@ impl<G: Turning> Sweeps<G> {
         joint_forces::all(&self.plan).any(|(_, forces)| forces.limits.is_some()) || self.has_cables()
     }
 
+    /// Whether any joint has dry friction.
+    pub(crate) fn has_joint_friction(&self) -> bool {
+        joint_forces::all(&self.plan).any(|(_, forces)| forces.friction > 0.0)
+    }
+
     fn has_cables(&self) -> bool {
         self.plan.effects.actuation.actuators.iter().any(|actuator| actuator.law.is_cable())
     }

@@ -16,5 +16,5 @@ ROD_BY_BASE = {
 #: The report's determinant of the mass matrix, which it takes as a sign of singularity.
 ROD_BY_STEP = {1.0: 1.6964, 1e-2: 43.054}
 
-#: What the report says of the mass matrix: its determinant, taken for a sign of singularity.
+#: The report's statement about the mass matrix: its determinant, taken for a sign of singularity.
 MASS_DETERMINANT = (1e-14, 1e-13)

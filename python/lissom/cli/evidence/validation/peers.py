@@ -133,7 +133,7 @@ def shown(tips: Array) -> Array:
 
 
 def tip(stiffening: float) -> Answer:
-    """Tip positions at some times."""
+    """Tip positions at the given times."""
     found = lissom_tips(stiffening)
 
     def plot() -> Plot:

@@ -60,7 +60,7 @@ No easier case is substituted silently.
 
 The cases beside PyElastica need it (`pip install pyelastica`, which takes 20 s to compile itself when it is
 used first) and are left out where it is not installed. How long both take has its own benchmark:
-[benchmarks.md](benchmarks.md).
+[benchmarks](benchmarks.md).
 """
 
 

@@ -65,8 +65,20 @@ pub struct Options {
     pub terms: f64,
     /// Maximum number of steps.
     pub max_iter: usize,
-    /// Whether to start with second derivatives: useful if R does not vanish at the solution.
-    pub second_order: bool,
+    /// Where second derivatives of R are computed.
+    pub second_order: SecondOrder,
+}
+
+/// Where a search computes second derivatives of R, which cost one Jacobian per unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SecondOrder {
+    /// From the start: useful if R does not vanish at the solution.
+    FromStart,
+    /// After steps of the Gauss-Newton model that converge slowly, and where the gradient vanishes.
+    WhereSlow,
+    /// Nowhere: for many unknowns with small residuals. Convergence is linear, with a rate proportional to the
+    /// residual, and [`End::Minimum`] is judged by the gradient alone.
+    Never,
 }
 
 /// Status of a search.
@@ -74,7 +86,7 @@ pub struct Options {
 pub enum End {
     /// A root was found.
     Root,
-    /// A minimum was found, by its gradient and second derivatives.
+    /// A minimum was found, by its gradient and, unless they are left out, second derivatives.
     Minimum,
     /// The limit of iterations was reached.
     IterationLimit,
@@ -142,7 +154,7 @@ pub fn solve(
         norm: f64::NAN,
         jacobian: Matrix::zeros(m, n),
         radius: FIRST_RADIUS,
-        second_order: options.second_order,
+        second_order: options.second_order == SecondOrder::FromStart,
         trial_x: x.to_vec(),
         trial_residual: vec![0.0; m],
         counters: Counters::default(),
@@ -205,7 +217,7 @@ impl Search<'_> {
             let model = Model::new(&self.jacobian, &self.residual, curvature.as_ref());
             let step = model.step(x, self.bounds, self.radius);
             if step.promised <= ROUNDING * self.norm * (self.norm + self.options.terms) {
-                if curvature.is_some() {
+                if curvature.is_some() || self.options.second_order == SecondOrder::Never {
                     self.polish(x, &step)?;
                     return Ok(Trial::Ended(End::Minimum));
                 }
@@ -225,7 +237,8 @@ impl Search<'_> {
             }
             if ratio > TAKEN {
                 let left = there / self.norm;
-                self.second_order = left > SLOW || (self.second_order && left > FAST);
+                let is_slow = left > SLOW || (self.second_order && left > FAST);
+                self.second_order = is_slow && self.options.second_order != SecondOrder::Never;
                 self.take(x, there);
                 return Ok(Trial::Taken);
             }
@@ -324,7 +337,8 @@ mod tests {
 
     impl<F: Fn(&[f64]) -> Vec<f64>, J: Fn(&[f64]) -> Vec<f64>> LeastSquares for Equations<F, J> {}
 
-    const OPTIONS: Options = Options { tolerance: 1e-12, terms: 1.0, max_iter: 100, second_order: false };
+    const OPTIONS: Options =
+        Options { tolerance: 1e-12, terms: 1.0, max_iter: 100, second_order: SecondOrder::WhereSlow };
 
     /// Two links of length one, whose end should reach a point.
     fn arm(target: [f64; 2]) -> impl LeastSquares {

@@ -5,7 +5,7 @@
 //! <- y + R` and with r increased until R vanishes. Where this converges too slowly, because an equation hardly depends on the unknowns,
 //! steps along the roots follow (generalised reduced gradients; Abadie and Carpentier 1969).
 
-use super::{Bounds, Counters, End, LeastSquares, Options, solve};
+use super::{Bounds, Counters, End, LeastSquares, Options, SecondOrder, solve};
 use crate::error::{Interrupted, Unfinished};
 use crate::numerics::linalg::{Matrix, bounded_least_squares, full_svd, norm};
 use crate::numerics::roots::System;
@@ -78,7 +78,7 @@ impl Form {
                 tolerance: 0.0,
                 terms: options.terms * augmented.weight,
                 max_iter: STEPS * options.max_iter,
-                second_order: true,
+                second_order: SecondOrder::FromStart,
             };
             let found = solve(&mut augmented, &mut here, bounds, &search).map_err(Unfinished::interrupted)?;
             *counters += found.counters;

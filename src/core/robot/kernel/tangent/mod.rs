@@ -2,7 +2,7 @@
 //!
 //! For a variation of coordinate k by (dq, dqd, dqdd) = (w_q, w_v, w_a), let Y = dV - ad_Psi V and Z = dA -
 //! ad_Psi A + ad_V Y be the variations of velocity and acceleration relative to the moving material. Then the
-//! tangent (`docs/rod.md`) reduces to integrals over the piece of coordinate k only:
+//! tangent (`docs/theory.md`) reduces to integrals over the piece of coordinate k only:
 //!
 //! ```text
 //! Y' = w_v S + w_q ad_V S

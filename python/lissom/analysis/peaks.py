@@ -1,0 +1,206 @@
+"""The largest curvatures, strains, stresses, forces and overlaps of a result, with their places and times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._lissom import Robot
+from ..common.arguments import with_number
+from ..model import fibres
+from ..model.views import Link, View
+
+if TYPE_CHECKING:
+    from .._lissom import Model
+
+Array = NDArray[np.float64]
+
+#: Number of places along a segment, both ends included: enough for strains of the degrees in use, whose
+#: largest values are mostly at ends.
+PLACES = 49
+
+#: Values that are smaller than the largest one of the same unit by this factor are rounding.
+ROUNDING = 1e-12
+
+#: Values that differ by less than this, relative to the largest, are equal: the first place is named.
+EQUAL = 1e-9
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of a quantity in one part of a model.
+
+    Attributes
+    ----------
+    quantity : str
+        What it is, such as "curvature" or "tension".
+    unit : str
+        Its unit; "1" for strains.
+    part : str
+        Name of the link, actuator, joint, loop or contact.
+    value : float
+        The value, with its sign; the one that is largest in size.
+    X : float or None
+        Arc length on the rod, metres; None where the part is no rod.
+    t : float
+        Time, seconds.
+    index : int
+        Index of the state in the result.
+    """
+
+    # Pickles refer to the class by this module, whatever moves.
+    __module__ = "lissom"
+
+    quantity: str
+    unit: str
+    part: str
+    value: float
+    X: float | None
+    t: float
+    index: int
+
+    def __post_init__(self) -> None:
+        with_number(self, "value")
+
+    def __str__(self) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        place = "" if self.X is None else f" at X = {self.X:.4g} m"
+        return f"{self.quantity} of {self.part}: {self.value:.4g}{unit}{place}, t = {self.t:.6g} s"
+
+
+@dataclass(frozen=True)
+class States:
+    """States of a model at some times."""
+
+    view: View
+    #: Coordinates, velocities and accelerations, (k, n) each.
+    q: Array
+    v: Array
+    a: Array
+    #: Times, seconds, (k,).
+    clock: Array
+    #: Inputs, (k, inputs).
+    u: Array
+
+    @staticmethod
+    def at_rest(view: View, q: Array, t: float, u: Array) -> States:
+        """An equilibrium."""
+        rest = np.zeros((1, len(q)))
+        return States(view, q[None], rest, rest, np.array([t]), u[None])
+
+
+def peaks_of(model: Model, states: States) -> list[Peak]:
+    """Peaks of rods, then of actuators, then of contacts, each in the order of the model."""
+    # The last state of a failed run can overflow.
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = [
+            *(peak for link in states.view.links for peak in _of_rod(link, states)),
+            *_of_actuators(states),
+            *(_of_contacts(model, states) if isinstance(model, Robot) else ()),
+        ]
+    largest: dict[str, float] = {}
+    for peak in found:
+        largest[peak.unit] = max(largest.get(peak.unit, 0.0), abs(peak.value))
+    # An actuator that exerts nothing is of interest, rounding is not.
+    return [
+        peak for peak in found if peak.value == 0.0 or not abs(peak.value) < ROUNDING * largest[peak.unit]
+    ]
+
+
+def largest_of(peaks: Sequence[Peak]) -> list[Peak]:
+    """For each quantity of a kind of parts the largest peak, in the order of the first ones."""
+    found: dict[tuple[str, str, bool], Peak] = {}
+    for peak in peaks:
+        key = peak.quantity, peak.unit, peak.X is None
+        if key not in found or abs(peak.value) > abs(found[key].value):
+            found[key] = peak
+    return list(found.values())
+
+
+def _of_rod(link: Link, states: States) -> Iterator[Peak]:
+    if link.strain is None:
+        return
+    X = _stations(link)
+    at = fibres.segments(link, X)
+    strain = link.strain(states.q, X)
+    change = strain - link.strain(np.zeros((1, states.q.shape[1])), X)
+    found = {
+        ("curvature", "1/m"): np.linalg.norm(strain[..., 1:3], axis=-1),
+        ("torsion", "rad/m"): strain[..., 0],
+        ("stretch", "1"): change[..., 3],
+        ("shear", "1"): np.linalg.norm(change[..., 4:], axis=-1),
+    }
+    # Sections that are given by their stiffness have no outermost fibre.
+    if all(segment.section.shape != "given" for segment in link.segments):
+        half = fibres.half_extents(link, X, at)
+        found["axial strain", "1"] = fibres.axial_strain(link, change, half, at)
+        stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at)
+        if stress is not None:
+            found["axial stress", "Pa"] = stress
+    if link.wrench is not None:
+        wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
+        found["bending moment", "N m"] = np.linalg.norm(wrench[..., 1:3], axis=-1)
+        # The wrench is that on what is beyond a section: signs as those of torsion and stretch.
+        found["torque", "N m"] = -wrench[..., 0]
+        found["tension", "N"] = -wrench[..., 3]
+    for (quantity, unit), values in found.items():
+        if not values.any():
+            # Strains without modes, and forces that nothing exerts.
+            continue
+        state, station = _largest(values)
+        yield _peak(quantity, unit, link.name, values[state, station], X[station], states, state)
+
+
+def _stations(link: Link) -> Array:
+    """Arc lengths at which a rod is looked at: also both sides of what makes strains and forces jump."""
+    ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in link.segments])])
+    ends[-1] = link.length
+    inner = [np.linspace(a, b, PLACES) for a, b in pairwise(ends)]
+    for places in inner[1:]:
+        places[0] = np.nextafter(places[0], np.inf)
+    marks = np.clip(np.array(link.marks), 0.0, link.length)
+    beyond = np.nextafter(marks, np.inf)
+    return np.sort(np.concatenate([*inner, marks, beyond[beyond <= link.length]]))
+
+
+def _of_actuators(states: States) -> Iterator[Peak]:
+    for glyph in states.view.glyphs.actuators:
+        force = glyph.force(states.q, states.v, states.clock, states.u)
+        (state,) = _largest(force)
+        quantity, _, unit = glyph.quantities[0].rstrip(")").partition(" (")
+        yield _peak(quantity, unit or "1", glyph.name, force[state], None, states, state)
+
+
+def _of_contacts(robot: Robot, states: States) -> Iterator[Peak]:
+    for contact in robot.contacts:
+        wrench = robot.contact_forces(states.q, states.v, name=contact.name, t=states.clock)
+        size = np.linalg.norm(wrench[:, 3:], axis=-1)
+        if size.any():
+            (state,) = _largest(size)
+            yield _peak("contact force", "N", contact.name, size[state], None, states, state)
+    deepest: dict[str, tuple[float, float | None, int]] = {}
+    for state, (q, v, t) in enumerate(zip(states.q, states.v, states.clock, strict=True)):
+        for touch in robot.touches(q, v, t=float(t)) if robot.contacts else ():
+            if touch.contact not in deepest or touch.overlap > deepest[touch.contact][0]:
+                deepest[touch.contact] = touch.overlap, touch.along[0], state
+    for name, (overlap, X, state) in deepest.items():
+        yield _peak("overlap", "m", name, overlap, X, states, state)
+
+
+def _largest(values: Array) -> tuple[int, ...]:
+    """Indices of the value that is largest in size, the first of equal ones, or not a number."""
+    sizes = np.where(np.isnan(values), np.inf, np.abs(values))
+    sizes = sizes >= (1.0 - EQUAL) * sizes.max()
+    return tuple(int(i) for i in np.unravel_index(int(np.argmax(sizes)), values.shape))
+
+
+def _peak(
+    quantity: str, unit: str, part: str, value: float, X: float | None, states: States, state: int
+) -> Peak:
+    place = None if X is None else float(X)
+    return Peak(quantity, unit, part, float(value), place, float(states.clock[state]), state)

@@ -1,0 +1,71 @@
+"""Sections at the stations of a rod, and strain and stress of their outermost fibres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .views import Link
+
+Array = NDArray[np.float64]
+
+
+def segments(link: Link, X: Array) -> list[int]:
+    """The segment at each arc length (stations,); at a boundary the preceding one, as for `Rod.strain`."""
+    ends = np.cumsum([segment.length for segment in link.segments])
+    return [min(int(np.searchsorted(ends, station)), len(ends) - 1) for station in X]
+
+
+def fractions(link: Link, X: Array, at: Sequence[int]) -> Array:
+    """The place of each arc length (stations,) in its segment ``at``, from 0 to 1."""
+    lengths = np.array([segment.length for segment in link.segments])
+    starts = np.cumsum(lengths) - lengths
+    places: Array = np.clip((X - starts[list(at)]) / lengths[list(at)], 0.0, 1.0)
+    return places
+
+
+def half_extents(link: Link, X: Array, at: Sequence[int]) -> Array:
+    """Half extents of the sections along y and z (stations, 2), metres."""
+    places = fractions(link, X, at)
+    return np.array([link.segments[i].section.half_extents(at) for i, at in zip(at, places, strict=True)])
+
+
+def axial_strain(link: Link, change: Array, half: Array, at: Sequence[int]) -> Array:
+    """The largest strain along the rod in each section, (shapes, stations).
+
+    That of the outermost fibre due to stretch and bending, from the change of the strains (shapes, stations,
+    6) relative to the reference strain. Exact for circles and ellipses, where the fibre of largest bending
+    strain is on the boundary, and at the corners of rectangles.
+    """
+    # Bending about y causes axial strain along z.
+    bending = np.abs(change[..., 1:3] * half[:, ::-1])
+    is_square = np.array([link.segments[i].section.shape == "rectangle" for i in at])
+    outermost = np.where(is_square, bending.sum(axis=-1), np.hypot(bending[..., 0], bending[..., 1]))
+    strain: Array = np.abs(change[..., 3]) + outermost
+    return strain
+
+
+def axial_stress(
+    link: Link, q: Array, X: Array, t: Array, u: Array, half: Array, at: Sequence[int]
+) -> Array | None:
+    """The largest elastic stress along the rod in each section, pascals, (shapes, stations).
+
+    Young's modulus times the elastic part of `axial_strain`: active strains are free of stress. For
+    coordinates (shapes, n), times (shapes,) and inputs (shapes, inputs). None if a segment has no modulus.
+    """
+    moduli = [segment.young_modulus for segment in link.segments]
+    if link.elastic_wrench is None or None in moduli:
+        return None
+    wrench = link.elastic_wrench(q, X, t, u)
+    elastic = np.asarray(-np.linalg.solve(_stiffnesses(link, X, at), wrench[..., None])[..., 0], float)
+    stress: Array = np.array(moduli, float)[list(at)] * axial_strain(link, elastic, half, at)
+    return stress
+
+
+def _stiffnesses(link: Link, X: Array, at: Sequence[int]) -> Array:
+    """Stiffnesses (stations, 6, 6) of the sections."""
+    places = fractions(link, X, at)
+    parts = [(link.segments[i], place) for i, place in zip(at, places, strict=True)]
+    return np.array([segment.stiffness(place * segment.length) for segment, place in parts])

@@ -1,0 +1,299 @@
+//! Coordinates of a rod that follows given points: from node codes, splines of drawings, motion capture.
+//!
+//! Points determine bending and stretch. Torsion and shear, on which the axis of a rod hardly depends, stay at rest
+//! unless the axes of sections are given as well. The squared distances (and angles, times the length of the rod)
+//! are minimised by Gauss-Newton steps in a trust region (Levenberg 1944; Moré 1978) with the exact Jacobians of
+//! the kinematics. `start` computes where they begin: from the curvature of the points, so that rods of many turns do
+//! not end in a local minimum.
+//!
+//! ```
+//! use lissom::curve::{Curve, coordinates_of};
+//! use lissom::robot::{Robot, Rod};
+//! use lissom::rod::Segment;
+//!
+//! let segment = Segment { modes: [0, 0, 1, 0, 0, 0], ..Segment::straight(1.0, 0.01, 1e6, 4e5, 1000.0) };
+//! let robot = Robot::from(&Rod::new(vec![segment]));
+//! // A quarter of a circle in the x-y plane.
+//! let radius = 2.0 / std::f64::consts::PI;
+//! let points = (0..=20).map(|i| f64::from(i) / 20.0 / radius);
+//! let points = points.map(|angle| [radius * angle.sin(), radius * (1.0 - angle.cos()), 0.0]).collect();
+//! let found = coordinates_of(&robot, 0, &Curve::new(points), &mut || Ok(()))?.expect("nothing interrupts it");
+//! assert!((found.q[0] - 1.0 / radius).abs() < 1e-9 && found.largest_distance() < 1e-9);
+//! # Ok::<(), lissom::error::InvalidInput>(())
+//! ```
+
+mod start;
+
+use crate::analysis::reach::Target;
+use crate::analysis::reach::misfit::Misfit;
+use crate::analysis::statics::Monitor;
+use crate::description::joint::Joint;
+use crate::description::rod::arc_length::is_on_rod;
+use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
+use crate::model::{Flaw, rotation_vectors};
+use crate::numerics::linalg::norm;
+use crate::numerics::roots::least_squares::{Bounds, Counters, End, Options, SecondOrder, solve};
+use crate::robot::{Link, Robot, RobotModel};
+use start::Start;
+
+/// Points that are closer than this part of the length of the curve count as the same.
+const SAME_POINT: f64 = 1e-9;
+
+/// Norm of all residuals, relative to the length of the rod, that counts as zero: rounding of positions.
+const TOLERANCE: f64 = 1e-14;
+
+/// Maximum number of steps: Gauss-Newton steps converge linearly where the points are not on a curve of the modes.
+const MAX_ITER: usize = 200;
+
+/// A curve in the axes in which the link is attached: those of its parent's section or body, or of the world, moved by
+/// the link's `position` and `orientation`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// Points from base to tip, in metres.
+    pub points: Vec<[f64; 3]>,
+    /// Axes of the sections at the points: columns of matrices given by their rows.
+    pub frames: Option<Vec<[[f64; 3]; 3]>>,
+    /// Arc lengths of the points on the unstretched rod, in metres, increasing; `None` divides the rod from base to
+    /// tip in proportion to the lengths of the arcs between the points.
+    pub at: Option<Vec<f64>>,
+}
+
+impl Curve {
+    /// Points from the base of a rod to its tip.
+    pub fn new(points: Vec<[f64; 3]>) -> Self {
+        Self { points, frames: None, at: None }
+    }
+
+    /// Reports every problem of a curve for a rod of this length.
+    fn check(&self, link: &Link) -> Result<(), InvalidInput> {
+        let mut check = Checker::new();
+        let (count, length) = (self.points.len(), link.length());
+        check.require(!link.rod.is_empty(), "link", &link.name, "a link with a rod");
+        check.require(count >= 2, "points", format_args!("{count} points"), "at least two, from base to tip");
+        let finite = self.points.iter().enumerate().all(|(i, p)| check.finite(p, &format!("points[{i}]")));
+        if finite {
+            let steps = self.points.windows(2).map(|pair| distance(pair[0], pair[1]));
+            let shortest = SAME_POINT * steps.clone().sum::<f64>();
+            for (i, step) in steps.enumerate() {
+                let expected = format!("another point than points[{i}]: leave out one of the two");
+                let found = format_args!("a distance of {} from it", Number(step));
+                check.require(step > shortest, &format!("points[{}]", i + 1), found, &expected);
+            }
+        }
+        if let Some(frames) = &self.frames {
+            let expected = format!("{count}, one for each point");
+            check.require(frames.len() == count, "frames", frames.len(), &expected);
+            for (i, &frame) in frames.iter().enumerate() {
+                let target = Target { orientation: Some(frame), ..Target::new(0) };
+                check.nested(&format!("frames[{i}]"), target.validate());
+            }
+        }
+        if let Some(at) = &self.at
+            && check.length(at, count, "X")
+            && check.finite(at, "X")
+        {
+            for (i, &x) in at.iter().enumerate() {
+                let expected = format!("an arc length in [0, {}] (metres)", Number(length));
+                check.require(is_on_rod(x, length), &format!("X[{i}]"), Number(x), &expected);
+                let before = i.checked_sub(1).map_or(f64::NEG_INFINITY, |before| at[before]);
+                let expected = format!("more than X[{}], {}", i.saturating_sub(1), Number(before));
+                check.require(x > before, &format!("X[{i}]"), Number(x), &expected);
+            }
+        }
+        check.finish()
+    }
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    norm(&[b[0] - a[0], b[1] - a[1], b[2] - a[2]])
+}
+
+/// Status of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Status {
+    /// No small change of the coordinates brings the rod nearer to the points.
+    Fitted,
+    /// The limit of iterations was reached.
+    IterationLimit,
+    /// No step, however short, reduces the distances.
+    Stalled,
+    /// The search led to shapes that the model cannot represent.
+    Flawed(Flaw),
+    /// The monitor asked to stop.
+    Interrupted,
+}
+
+impl Status {
+    /// True if the coordinates are those of a best fit.
+    pub fn is_success(self) -> bool {
+        self == Self::Fitted
+    }
+
+    /// Stable name in lower case.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fitted => "fitted",
+            Self::IterationLimit => "iteration_limit",
+            Self::Stalled => "stalled",
+            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
+            Self::Flawed(Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. }) => "collapsed",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// Coordinates of a rod, and how far it is from the points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Followed {
+    /// Coordinates of the link: of its joint unless it is driven, then of its rod.
+    pub q: Vec<f64>,
+    /// How the search ended.
+    pub status: Status,
+    /// Status in words, with the distances and advice.
+    pub message: String,
+    /// Arc lengths of the points on the unstretched rod, in metres.
+    pub at: Vec<f64>,
+    /// Distance of each point from its section, in metres.
+    pub distances: Vec<f64>,
+    /// Angle of each frame from its section, in radians; zero without frames.
+    pub angles: Vec<f64>,
+    /// Steps and evaluations.
+    pub counters: Counters,
+}
+
+impl Followed {
+    /// The largest distance in metres.
+    pub fn largest_distance(&self) -> f64 {
+        self.distances.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The root mean square of the distances in metres.
+    pub fn rms_distance(&self) -> f64 {
+        norm(&self.distances) / (self.distances.len() as f64).sqrt()
+    }
+}
+
+/// Finds the coordinates with which the rod of a link follows a curve best, in the sense of least squares. Costs some ten
+/// Jacobians at each point, and the eigenvectors of as many matrices of the size of the coordinates. An
+/// interruption carries the best shape until then.
+///
+/// Fails before the search if the curve is invalid.
+pub fn coordinates_of(
+    robot: &Robot,
+    link: usize,
+    curve: &Curve,
+    monitor: Monitor<'_>,
+) -> Result<Result<Followed, Unfinished<Followed>>, InvalidInput> {
+    curve.check(&robot.links[link])?;
+    let alone = alone(&robot.links[link]);
+    let start = Start::new(curve, alone.links[0].length());
+    let targets = start.targets(curve.frames.is_some());
+    let mut model = RobotModel::new(&alone)?;
+    let found = start.coordinates(&alone.links[0], monitor);
+    let (mut q, is_interrupted) = match found {
+        Ok(q) => (q, false),
+        Err(Unreached::Input(error)) => return Err(error),
+        Err(Unreached::Interrupted) => (vec![0.0; alone.coordinates()], true),
+    };
+    let (end, flaw, counters) = if is_interrupted {
+        (End::Interrupted, None, Counters::default())
+    } else {
+        descend(&mut model, &targets, &mut q, monitor)
+    };
+    let status = match end {
+        End::Root | End::Minimum => Status::Fitted,
+        End::IterationLimit => Status::IterationLimit,
+        End::Stalled | End::NonFinite => flaw.map_or(Status::Stalled, Status::Flawed),
+        End::Interrupted => Status::Interrupted,
+    };
+    let mut rates = vec![0.0; q.len()];
+    rotation_vectors::wrap(&alone.rotation_vectors(), &mut q, &mut rates, &mut []);
+    let mut never = || Ok(());
+    let mut misfit = Misfit::new(&mut model, &targets, &q, Vec::new(), &mut never);
+    let errors = misfit.errors(&q);
+    let mut followed = Followed {
+        q,
+        status,
+        message: String::new(),
+        at: start.at,
+        distances: errors.iter().map(|(error, _)| error.position).collect(),
+        angles: errors.iter().map(|(error, _)| error.orientation).collect(),
+        counters,
+    };
+    followed.message = message(&followed);
+    Ok(if status == Status::Interrupted { Err(Unfinished::new(followed)) } else { Ok(followed) })
+}
+
+/// Why there are no coordinates to begin with.
+enum Unreached {
+    Input(InvalidInput),
+    Interrupted,
+}
+
+impl From<InvalidInput> for Unreached {
+    fn from(error: InvalidInput) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<Interrupted> for Unreached {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
+
+/// The link by itself, attached to the world where the axes of the curve are. Driven joints count as welded.
+fn alone(link: &Link) -> Robot {
+    let joint = if link.driven.is_none() { link.joint.clone() } else { Joint::Weld };
+    Robot::new(vec![Link { joint, rod: link.rod.clone(), ..Link::new(link.name.clone()) }])
+}
+
+/// Moves the coordinates of a robot of one link to the nearest local minimum of its distances from these targets.
+fn descend(
+    model: &mut RobotModel,
+    targets: &[Target],
+    q: &mut Vec<f64>,
+    monitor: Monitor<'_>,
+) -> (End, Option<Flaw>, Counters) {
+    let robot = model.description().clone();
+    let has_frames = targets.iter().any(|target| target.orientation.is_some());
+    let mut bounds = Bounds::none(q.len());
+    if !has_frames {
+        let first = robot.links[0].joint_coordinates().len();
+        for k in start::undetermined(&robot.links[0].rod).into_iter().map(|k| first + k) {
+            (bounds.lower[k], bounds.upper[k]) = (0.0, 0.0);
+        }
+    }
+    let mut misfit = Misfit::new(model, targets, q, robot.rotation_vectors(), monitor);
+    let mut x: Vec<f64> = q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect();
+    let options =
+        Options { tolerance: TOLERANCE, terms: 1.0, max_iter: MAX_ITER, second_order: SecondOrder::Never };
+    let outcome = solve(&mut misfit, &mut x, &bounds, &options).unwrap_or_else(Unfinished::into_inner);
+    *q = misfit.coordinates(&x);
+    (outcome.end, misfit.flaw, outcome.counters)
+}
+
+fn message(found: &Followed) -> String {
+    let said = match found.status {
+        Status::Fitted => "The rod follows the points as nearly as its modes allow.".to_owned(),
+        Status::IterationLimit => {
+            "The limit of iterations was reached: these are the nearest coordinates found.".to_owned()
+        }
+        Status::Stalled => {
+            "No step, however short, brings the rod nearer, although the derivatives predict it.".to_owned()
+        }
+        Status::Flawed(flaw) => format!(
+            "The search ended at a shape in which a rod {flaw}. Check the units and the order of the points, or give the segments \
+             more `nodes`."
+        ),
+        Status::Interrupted => "The search was interrupted.".to_owned(),
+    };
+    format!(
+        "{said} Distance from the points: at most {:.3e} m, {:.3e} m in the root mean square. Where that is too much, give the \
+         segments more modes or divide them, check that the points are in the axes in which the link is attached, and give \
+         `X` if they do not reach from base to tip.",
+        found.largest_distance(),
+        found.rms_distance()
+    )
+}
