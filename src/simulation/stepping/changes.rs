@@ -118,9 +118,14 @@ impl Changes {
         let is_quick = t - self.last <= step.unwrap_or(QUICK * (to - from));
         self.quick = if is_quick { self.quick + 1 } else { 0 };
         self.last = t;
-        let before = self.flow.unwrap_or_default();
-        self.flow = Some([before[0] + flow[0], before[1] + flow[1]]);
+        self.add_flow(flow);
         self.quick <= MOST_QUICK
+    }
+
+    /// Adds energy lost and work done.
+    pub(super) fn add_flow(&mut self, [lost, work]: [f64; 2]) {
+        let before = self.flow.unwrap_or_default();
+        self.flow = Some([before[0] + lost, before[1] + work]);
     }
 
     /// Examines a state of the last step, by the multipliers of what holds where they are known. Allocates.
@@ -161,12 +166,6 @@ impl Changes {
         let mut due = self.due.map(number);
         tape.optional(&mut due, 0, Tape::count);
         self.due = due.map(|due| due.checked_sub(1));
-        tape.flag(&mut self.jumps);
-        tape.flag(&mut self.has_jumped);
-        tape.optional(&mut self.missed, (0.0, 0.0), |tape, (by, t)| {
-            tape.number(by);
-            tape.number(t);
-        });
         tape.number(&mut self.last);
         tape.count(&mut self.quick);
         tape.number(&mut self.largest_tension);
@@ -178,6 +177,16 @@ impl Changes {
             model.release(&held);
             model.keep_held(true);
         }
+    }
+
+    /// What steps of fixed size know of lengths that jump.
+    pub(super) fn serialise_jumps(&mut self, tape: &mut Tape<'_>) {
+        tape.flag(&mut self.jumps);
+        tape.flag(&mut self.has_jumped);
+        tape.optional(&mut self.missed, (0.0, 0.0), |tape, (by, t)| {
+            tape.number(by);
+            tape.number(t);
+        });
     }
 }
 

@@ -52,14 +52,11 @@ impl<V: Numbers> StepperOf<V> {
         // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
         // velocity would stay.
         let begins_to_hold = self.corrector.rank() > self.rank;
-        if self.changes_size || begins_to_hold {
-            // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
-            // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
-            // (Arnold, Bruels and Cardona 2015).
+        // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
+        // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
+        // (Arnold, Bruels and Cardona 2015). Where tendons become slack or taut is told by velocities that keep their lengths.
+        if self.changes_size || begins_to_hold || self.ends_at_changes() {
             self.forgets |= self.fit_to_constraints(system, begins_to_hold)? && begins_to_hold;
-        } else if self.is_one_sided && self.lengths == Lengths::Smooth {
-            // Where tendons become slack or taut is told by velocities that keep their lengths.
-            self.fit_to_constraints(system, false)?;
         }
         Ok(solved)
     }
@@ -103,10 +100,15 @@ impl<V: Numbers> StepperOf<V> {
             model_of(system).lag_loads(0.0);
         }
         let solved = solved?;
-        if solved.is_ok() && self.is_one_sided && self.lengths == Lengths::Smooth {
+        if solved.is_ok() && self.ends_at_changes() {
             self.fit_to_constraints(system, false)?;
         }
         Ok(solved)
+    }
+
+    /// Whether steps end where tendons that do not stretch become slack or taut.
+    fn ends_at_changes(&self) -> bool {
+        self.is_one_sided && self.lengths == Lengths::Smooth
     }
 
     /// Changes velocities of the trial by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and

@@ -610,7 +610,6 @@ impl<M: Model> Run<M> {
 
     fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.numbers(&mut self.inputs);
-        tape.numbers(&mut self.inputs_before);
         tape.flag(&mut self.inputs_have_jumped);
         tape.optional(&mut self.jumped_at, 0.0, Tape::number);
         self.grid.serialise(tape);
@@ -618,8 +617,21 @@ impl<M: Model> Run<M> {
         self.resolving.serialise(tape);
         self.has_mass |= self.integrator.steps() > 0;
         self.serialise_watch(tape);
-        if let Some(changes) = &mut self.changes {
-            changes.serialise(self.integrator.model(), tape);
+        self.serialise_changes(tape);
+    }
+
+    fn serialise_changes(&mut self, tape: &mut Tape<'_>) {
+        let (is_fixed, has_stepped) = (self.integrator.pulls().is_some(), self.steps() > 0);
+        let Some(changes) = &mut self.changes else { return };
+        if is_fixed && tape.is_over() {
+            // Versions before changed active sets within such steps: they are found anew.
+            (changes.has_begun, changes.due) = (has_stepped, has_stepped.then_some(None));
+            return;
+        }
+        changes.serialise(self.integrator.model(), tape);
+        if is_fixed {
+            tape.numbers(&mut self.inputs_before);
+            changes.serialise_jumps(tape);
         }
     }
 
