@@ -160,6 +160,22 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// What the energies have gained over the last step, of fixed size, and what damping has taken out, in joules.
+    pub(super) fn gain(&mut self) -> Result<[f64; 2], Interrupted> {
+        let Self::Newmark { model, stepper, .. } = self else {
+            unreachable!("other steps end where lengths jump")
+        };
+        let (t, [q, v, _]) = stepper.state();
+        let (t_old, before) = (stepper.t_old(), stepper.before());
+        let (mut gained, mut damped) = (0.0, 0.0);
+        for (t_there, [q, v], sign) in [(t_old, before, -1.0), (t, [q, v], 1.0)] {
+            model.set_time(t_there)?;
+            gained += sign * model.energy(q, v).total();
+            damped += 0.5 * (t - t_old) * model.dissipated_power(q, v);
+        }
+        Ok([gained, damped])
+    }
+
     /// The multipliers of constraints at an end of the last step, if accelerations there are fitted to them.
     pub(super) fn multipliers(&self, t: f64) -> Option<Vec<f64>> {
         let Self::Newmark { stepper, .. } = self else { return None };

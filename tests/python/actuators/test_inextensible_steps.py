@@ -152,7 +152,6 @@ def test_a_rope_that_is_let_out_at_once_does_not_push(dt):
     assert radii.max() == pytest.approx(1.2 * ROPE, abs=1e-8)
 
 
-@pytest.mark.filterwarnings("ignore:Between:lissom.AccuracyWarning")
 @pytest.mark.parametrize("dt", [1e-3, 1e-2])
 def test_a_rope_that_is_taken_in_at_once_is_followed_within_a_step(dt):
     robot = bob(rope(lambda t: ROPE if t < 0.1 else 0.9 * ROPE))
@@ -161,8 +160,28 @@ def test_a_rope_that_is_taken_in_at_once_is_followed_within_a_step(dt):
     radii = np.hypot(motion.q[:, 0], motion.q[:, 2])
     np.testing.assert_allclose(radii[motion.t < 0.1 - dt / 2], ROPE, atol=1e-9)
     np.testing.assert_allclose(radii[motion.t > 0.1 + dt / 2], 0.9 * ROPE, atol=1e-9)
-    # What moves it there in no time does not throw it.
+    # What moves it there in no time does not throw it, and lifts it.
     np.testing.assert_allclose(motion.v[-1], 0.0, atol=1e-9)
+    assert motion.doubt is None
+    assert motion.balance.work[-1] == pytest.approx(MASS * G * 0.1 * ROPE, rel=1e-6)
+    assert motion.balance.drift < 1e-6
+
+
+@pytest.mark.parametrize("dt", [1e-3, 2.5e-4])
+def test_what_winches_do_is_in_the_balance(dt):
+    """A swinging ball that is pulled up: by a smooth length, and by one that jumps from step to step."""
+    start = place(0.3, -0.4)
+    motion = lissom.simulate(bob(rope(lissom.Harmonic(0.1, 1.0, mean=ROPE))), 1.0, dt=dt, **start)
+    assert motion.success, motion.message
+    assert np.ptp(motion.balance.work) > 0.1 * motion.balance.scale
+    assert motion.balance.drift < 500 * dt**2 / 1e-3
+    jumping = bob(rope(lissom.Input("length", ROPE)))
+    lengths = ROPE - 0.1 * np.linspace(0.0, 1.0, 21)
+    control = {"control": lambda t, q, v: [lengths[int(20 * t + 1e-6)]], "control_step": 0.05}
+    motion = lissom.simulate(jumping, 1.0, dt=dt, **control, **start)
+    assert motion.success, motion.message
+    assert motion.balance.work[-1] > MASS * G * 0.05
+    assert motion.balance.drift < 0.02
 
 
 def test_lengths_that_are_lowered_from_step_to_step_move_the_load_smoothly():
@@ -183,6 +202,24 @@ def test_lengths_that_are_lowered_from_step_to_step_move_the_load_smoothly():
         np.testing.assert_allclose(other.v, 0.0, atol=1e-9)
         assert other.q[2] == pytest.approx(-ROPE - 0.01, abs=1e-9)
     np.testing.assert_array_equal(simulation.q, again.q)
+
+
+@pytest.mark.parametrize("steps", [0, 40])
+def test_simulations_that_earlier_versions_saved_go_on(steps):
+    """Their records have nothing of changes, the last ten numbers."""
+    robot = bob(rope(lissom.Input("length", ROPE)))
+    simulation = lissom.Simulation(robot, dt=1e-3, **place(0.3, -0.4))
+    for _ in range(steps):
+        simulation.step([ROPE])
+    restore, (model, options, start, numbers, outcome) = simulation.__reduce__()
+    again = restore(model, options, start, numbers[:-10], outcome)
+    for _ in range(500):
+        simulation.step([ROPE])
+        again.step([ROPE])
+    assert again.status == "finished"
+    np.testing.assert_allclose(again.q, simulation.q, atol=1e-6)
+    with pytest.raises(ValueError, match="memory"):
+        restore(model, options, start, numbers[:-9], outcome)
 
 
 def test_lengths_that_are_lowered_faster_than_the_load_falls_leave_the_rope_slack():

@@ -10,11 +10,15 @@ use crate::error::Interrupted;
 use crate::integrators::newmark::Lengths;
 use crate::integrators::second_order::Failure;
 use crate::model::Model;
-use crate::model::constraint::one_sided::{self, Unsettled};
+use crate::model::constraint::one_sided::{self, TAUT, Unsettled};
 use crate::simulation::balance::State;
 
 /// A step of this part of the interval is not shortened further if a taut tendon misses its length: the length jumps.
 const SHORTEST: f64 = 1e-9;
+
+/// Changes of lengths over a step that differ by more than this part from those by the rates at its ends are jumps: rates of what steps
+/// resolve are twice as near.
+const UNEVEN: f64 = 0.25;
 
 impl<M: Model> Run<M> {
     /// Makes a step that ends at the latest where the active set of one-sided constraints changes.
@@ -85,11 +89,14 @@ impl<M: Model> Run<M> {
                     continue;
                 }
             }
-            if times[1] == t_end {
-                return Ok(status);
+            let is_over = times[1] == t_end;
+            if !is_over {
+                integrator.end_at(t_end);
             }
-            integrator.end_at(t_end);
-            return Ok(None);
+            if is_fixed && self.lengths_have_jumped()? {
+                self.balance_jump()?;
+            }
+            return Ok(status.filter(|_| is_over));
         }
     }
 
@@ -117,25 +124,43 @@ impl<M: Model> Run<M> {
     /// Makes a step of fixed size over which lengths jump, with the active set that fits best: without memory if a slack tendon becomes
     /// taut. Forces are impulses there, whose work is known by what the energies gain alone.
     pub(super) fn step_over_jump(&mut self) -> Result<Option<Status>, Interrupted> {
-        let (before, steps) = (self.energy_and_losses()?, self.steps());
+        let steps = self.steps();
         let status = self.follow_jump()?;
         if self.steps() > steps {
-            let after = self.energy_and_losses()?;
-            let h = self.integrator.t() - self.integrator.t_old();
-            let damped = 0.5 * h * (before[1] + after[1]);
-            let gained = after[0] - before[0] + damped;
-            if let Some(changes) = &mut self.changes {
-                changes.add_flow([damped + (-gained).max(0.0), gained.max(0.0)]);
-            }
+            self.balance_jump()?;
         }
         Ok(status)
     }
 
-    /// The energy of the current state in joules, and the power in watts that damping takes out.
-    fn energy_and_losses(&mut self) -> Result<[f64; 2], Interrupted> {
-        self.observe(|model, State { t, q, v, .. }| {
+    /// Takes what energies have gained over the last step for work, and what they have lost for dissipated.
+    fn balance_jump(&mut self) -> Result<(), Interrupted> {
+        let [gained, damped] = self.integrator.gain()?;
+        let work = gained + damped;
+        if let Some(changes) = &mut self.changes {
+            changes.add_flow([damped + (-work).max(0.0), work.max(0.0)]);
+        }
+        Ok(())
+    }
+
+    /// Whether lengths of taut tendons have jumped within the last step, or their rates at its ends say nothing of how they have changed.
+    fn lengths_have_jumped(&mut self) -> Result<bool, Interrupted> {
+        let t_old = self.integrator.t_old();
+        self.integrator.observe(|model, State { t, q, .. }| {
+            if !model.facts().varies_in_time {
+                return Ok(false);
+            }
+            let (h, rest) = (t - t_old, vec![0.0; q.len()]);
+            model.set_time(t_old)?;
+            let before = model.passed(q, &rest);
             model.set_time(t)?;
-            Ok([model.energy(q, v).total(), model.dissipated_power(q, v)])
+            let after = model.passed(q, &rest);
+            let held = held_tendons(model, after.len());
+            let has_jumped = |(([from, rate], [to, next]), is_held): ((&[f64; 2], &[f64; 2]), bool)| {
+                let (change, by_rates) = (to - from, 0.5 * h * (rate + next));
+                let most = change.abs() + 0.5 * h * (rate.abs() + next.abs());
+                is_held && (change - by_rates).abs() > TAUT.max(UNEVEN * most)
+            };
+            Ok(before.iter().zip(&after).zip(held).any(has_jumped))
         })
     }
 
