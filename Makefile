@@ -76,9 +76,9 @@ test-browser: docs $(VENV)/browser.stamp ## reports and the site in headless Chr
 	@test -n "$(LISSOM_CHROMIUM)" || $(BIN)/python -m playwright install chromium
 	$(BIN)/python -m pytest tests/browser -o addopts= --timeout 300
 
-test-torch: build-for-test ## the bridge to PyTorch, which is large and is installed first (needs the network)
-	$(BIN)/python -m pip install --quiet 'torch>=2.6'
-	$(BIN)/python -m pytest tests/torch
+test-torch: build-for-test ## with PyTorch, Stable-Baselines3 and OpenUSD, which are large and are installed first (needs the network)
+	$(BIN)/python -m pip install --quiet 'torch>=2.6' 'stable-baselines3>=2.6' 'usd-core>=25.2'
+	$(BIN)/python -m pytest tests/torch tests/python/drawing/test_usd.py
 
 test-checked: $(VENV)/test.stamp ## the Python tests with debug assertions and overflow checks (slow)
 	@.ci/toolchain cargo

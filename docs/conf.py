@@ -20,6 +20,7 @@ extensions = [
     "accessible",
     "benchmark_numbers",
     "mathml",
+    "scene_reports",
 ]
 exclude_patterns = ["pictures", "extensions", "**/.ipynb_checkpoints"]
 
@@ -35,7 +36,7 @@ nb_execution_timeout = 120
 default_role = "py:obj"
 autodoc_member_order = "bysource"
 # Bridges are documented without what they lead to.
-autodoc_mock_imports = ["jax", "torch"]
+autodoc_mock_imports = ["jax", "torch", "stable_baselines3"]
 numpydoc_show_class_members = False
 numpydoc_class_members_toctree = False
 numpydoc_validation_checks = set()
@@ -44,9 +45,11 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 html_theme = "furo"
-html_title = "lissom"
+html_title = f"lissom {version}"
+html_favicon = "static/favicon.svg"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
+html_js_files = [("gallery.js", {"defer": "defer"})]
 html_show_sphinx = False
 html_show_copyright = False
 html_math_renderer = "mathml"

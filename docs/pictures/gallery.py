@@ -104,24 +104,61 @@ def in_words(seconds: float) -> str:
     return f"{1e3 * seconds:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
 
 
+def alternative(facts: dict) -> str:
+    """What a picture shows, for who does not see it."""
+    return f"{facts['title']}, at {INSTANTS} instants of its motion"
+
+
+def card(name: str, facts: dict) -> str:
+    """A picture that leads to the entry of a scene."""
+    return f""":::{{grid-item-card}} {name.replace("_", " ").replace("-", " ").capitalize()}
+:link: gallery.html#{name.replace("_", "-")}
+:link-type: url
+:img-top: pictures/{name}.png
+:img-alt: {alternative(facts)}
+:class-card: scene-card
+:::
+"""
+
+
 def entry(name: str, facts: dict) -> str:
     return f"""## {name}
 
 {facts["comment"]}
 
-![{facts["title"]}, at {INSTANTS} instants of its motion](pictures/{name}.png)
+```{{raw}} html
+<a class="scene-report" href="reports/{name}.html" title="Interactive report of {name}">
+<img src="_images/{name}.png" alt="{alternative(facts)}: open the interactive report" loading="lazy"></a>
+```
 
 {facts["title"]}, {facts["coordinates"]} coordinates. {facts["simulated"]:g} s of motion \
 by `{facts["method"]}` take {in_words(facts["seconds"])}.
 
     lissom run scenes/{name}.toml -o results/{name}
 
-:::{{dropdown}} `scenes/{name}.toml`
+:::{{dropdown}} The text of `scenes/{name}.toml`
 ```{{literalinclude}} ../scenes/{name}.toml
 :language: toml
 ```
 :::
 """
+
+
+def page(entries: dict) -> str:
+    """The gallery: cards, and an entry for each scene."""
+    return "\n".join(
+        [
+            "# Gallery\n",
+            "The scenes in `scenes/`, with what they show at "
+            f"{INSTANTS} instants (the last one in full), their text and their run time in Python: "
+            f"the fastest of {REPETITIONS} runs on one core. Click on the picture of an entry: its report "
+            "opens in its place: it plays the motion, and you turn it. `make pictures` makes this page.\n",
+            "::::{grid} 2 3 4 4\n:gutter: 2\n",
+            *(card(name, facts) for name, facts in entries.items()),
+            "::::\n",
+            *(entry(name, facts) for name, facts in entries.items()),
+        ]
+    )
 
 
 def main() -> None:
@@ -149,16 +186,7 @@ def main() -> None:
             "seconds": seconds,
         }
     (HERE / "gallery.json").write_text(json.dumps(entries, indent=1) + "\n")
-    page = "\n".join(
-        [
-            "# Gallery\n",
-            "The scenes in `scenes/`, with what they show at "
-            f"{INSTANTS} instants (the last one in full), their text and their run time in Python: "
-            f"the fastest of {REPETITIONS} runs on one core. `make pictures` makes this page.\n",
-            *(entry(name, facts) for name, facts in entries.items()),
-        ]
-    )
-    (ROOT / "docs" / "gallery.md").write_text(page)
+    (ROOT / "docs" / "gallery.md").write_text(page(entries))
 
 
 if __name__ == "__main__":

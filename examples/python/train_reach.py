@@ -1,6 +1,6 @@
 """A soft arm learns to reach: proximal policy optimisation by Stable-Baselines3 on `lissom/Reach-v0`.
 
-    pip install 'lissom[gym,plot]' stable-baselines3
+    pip install 'lissom[learning,plot]'
     python examples/python/train_reach.py
 
 It writes the learning curve to train_reach.png. `--steps` says how many control steps the training takes,
@@ -16,52 +16,10 @@ import torch
 from matplotlib.figure import Figure
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import VecEnv, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import lissom.gym
-
-
-class Arms(VecEnv):
-    """Environments of lissom as Stable-Baselines3 wants them: its own kind of vector environment."""
-
-    def __init__(self, count, seed):
-        self.envs = gymnasium.make_vec("lissom/Reach-v0", num_envs=count, autoreset_mode="SameStep")
-        super().__init__(count, self.envs.single_observation_space, self.envs.single_action_space)
-        self.first_seed = seed
-
-    def reset(self):
-        observations, _ = self.envs.reset(seed=self.first_seed)
-        self.first_seed = None
-        return observations
-
-    def step_async(self, actions):
-        self.actions = actions
-
-    def step_wait(self):
-        observations, rewards, terminated, truncated, infos = self.envs.step(self.actions)
-        told = [{} for _ in range(self.num_envs)]
-        for row in np.flatnonzero(terminated | truncated):
-            told[row] = {
-                "terminal_observation": infos["final_obs"][row],
-                "TimeLimit.truncated": bool(truncated[row] and not terminated[row]),
-                "distance": float(infos["final_info"]["distance"][row]),
-            }
-        return observations, rewards, terminated | truncated, told
-
-    def close(self):
-        self.envs.close()
-
-    def get_attr(self, attr_name, indices=None):
-        return [getattr(self.envs, attr_name)] * len(list(self._get_indices(indices)))
-
-    def set_attr(self, attr_name, value, indices=None):
-        setattr(self.envs, attr_name, value)
-
-    def env_method(self, method_name, *args, indices=None, **kwargs):
-        raise NotImplementedError("the arms have no methods of their own")
-
-    def env_is_wrapped(self, wrapper_class, indices=None):
-        return [False] * len(list(self._get_indices(indices)))
+from lissom.gym.stable_baselines3 import RobotVecEnv
 
 
 class Curve(BaseCallback):
@@ -82,7 +40,7 @@ class Curve(BaseCallback):
 
 def train(steps, count=64, seed=0):
     """A trained model, and the (steps, return, last distance) of each episode on the way."""
-    arms = VecNormalize(VecMonitor(Arms(count, seed)), norm_reward=False)
+    arms = VecNormalize(VecMonitor(RobotVecEnv("reach", count, seed=seed)), norm_reward=False)
     model = PPO(
         "MlpPolicy",
         arms,

@@ -17,6 +17,9 @@ const WORTH_A_WARNING: f64 = 1e-2;
 /// Models with more coordinates are not checked: their spectrum would cost more than a short run.
 const MOST_COORDINATES: usize = 100;
 
+/// Steps of a period from which on average acceleration shows the shape of a vibration: its frequency is then off by at most 3 %.
+const RESOLVED: f64 = 10.0;
+
 /// Below this half angle of a step, the series of the arc tangent is accurate to 1e-6, whereas the difference
 /// would be dominated by rounding.
 const SMALL_ANGLE: f64 = 1e-3;
@@ -145,9 +148,16 @@ impl Unseen {
             (12.0 * drift / vibration.frequency.powi(3)).sqrt()
         };
         let step = movements.iter().map(enough).fold(self.dt, f64::min);
+        let per_period = 1.0 / (hertz * self.dt);
+        let finds = if per_period < RESOLVED { "does not resolve" } else { "is a little long for" };
+        let meaning = if per_period < RESOLVED {
+            "the error of the tip is".to_owned()
+        } else {
+            format!("{per_period:.0} steps a period leave an error of the phase, which adds up to")
+        };
         Some(format!(
-            "The step of {} s does not resolve a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: the error of \
-             the tip is about {:.1} % of the length. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
+            "The step of {} s {finds} a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: {meaning} \
+             about {:.1} % of the length. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
              method \"auto\".",
             Number(self.dt),
             100.0 * moved,

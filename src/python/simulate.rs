@@ -340,7 +340,7 @@ impl GivenOptions<'_, '_> {
         if name == "auto" {
             refuse([("atol", self.atol.is_some()), ("min_step", min_step != 0.0)], name)?;
             let rtol = self.rtol.map_or(Ok(accuracy::DEFAULT_RTOL), PyAnyMethods::extract)?;
-            return Ok(Auto { rtol, max_step, max_steps }.into());
+            return Ok(Auto { rtol, max_step, max_steps, space_error: true }.into());
         }
         let rtol = self.rtol.map_or(Ok(RTOL.into()), |rtol| tolerance(rtol, "rtol"))?;
         let atol = self.atol.map_or(Ok(ATOL.into()), |atol| tolerance(atol, "atol"))?;

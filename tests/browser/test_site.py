@@ -5,6 +5,8 @@ from pathlib import Path
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 
+from conftest import PATIENCE
+
 SITE = Path(__file__).parents[2] / "results" / "site"
 
 #: One page of each kind.
@@ -39,3 +41,27 @@ def test_axe_finds_nothing_serious(kind, scheme, browser):
     assert serious == []
     assert errors == []
     assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+
+
+def test_the_gallery_opens_reports_in_place(browser):
+    page = browser.new_page(color_scheme="dark")
+    page.set_default_timeout(PATIENCE)
+    page.goto((SITE / "gallery.html").as_uri())
+    links = page.locator("a.scene-report")
+    count = links.count()
+    assert count == len(list(SITE.glob("reports/*.html"))) > 10
+    page.locator('a.scene-report[href="reports/hoop.html"]').click()
+    frame = page.frame_locator("iframe.scene-report")
+    frame.get_by_role("heading", name="Motion").wait_for()
+    assert links.count() == count - 1
+    page.close()
+
+
+def test_formulas_have_their_font(browser):
+    page = browser.new_page()
+    page.goto((SITE / "theory.html").as_uri())
+    page.evaluate("document.fonts.ready")
+    assert page.evaluate("[...document.fonts].map(font => font.family + ' ' + font.status)") == [
+        "Lissom Math loaded"
+    ]
+    page.close()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ from ..model import fibres
 from ..model.views import Link, View
 
 if TYPE_CHECKING:
-    from .._lissom import Model
+    from .._lissom import Model, Segment
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,14 @@ ROUNDING = 1e-12
 
 #: Values that differ by less than this, relative to the largest, are equal: the first place is named.
 EQUAL = 1e-9
+
+
+#: The largest allowable size of each quantity that a segment can limit.
+LIMITS: dict[str, Callable[[Segment], float | None]] = {
+    "curvature": lambda segment: segment.min_bend_radius and 1.0 / segment.min_bend_radius,
+    "axial strain": lambda segment: segment.max_strain,
+    "axial stress": lambda segment: segment.max_stress,
+}
 
 
 @dataclass(frozen=True)
@@ -51,6 +59,9 @@ class Peak:
         Time, seconds.
     index : int
         Index of the state in the result.
+    limit : float or None
+        The largest allowable size, from `min_bend_radius`, `max_strain` or `max_stress` of the segment at
+        this place; None where the segment has none.
     """
 
     # Pickles refer to the class by this module, whatever moves.
@@ -63,14 +74,28 @@ class Peak:
     X: float | None
     t: float
     index: int
+    limit: float | None = None
 
     def __post_init__(self) -> None:
         with_number(self, "value")
 
+    @property
+    def share(self) -> float | None:
+        """Size of the value divided by its limit; None without a limit. Above 1 the limit is exceeded."""
+        return None if self.limit is None else abs(self.value) / self.limit
+
     def __str__(self) -> str:
-        unit = "" if self.unit == "1" else f" {self.unit}"
         place = "" if self.X is None else f" at X = {self.X:.4g} m"
-        return f"{self.quantity} of {self.part}: {self.value:.4g}{unit}{place}, t = {self.t:.6g} s"
+        allowed = "" if self.limit is None else f", {self._sized(self.limit)} is allowed,"
+        return (
+            f"{self.quantity} of {self.part}: {self._sized(self.value)}{allowed}{place}, t = {self.t:.6g} s"
+        )
+
+    def _sized(self, value: float) -> str:
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        # Data sheets state radii.
+        radius = f" (radius {1.0 / value:.4g} m)" if self.quantity == "curvature" and value else ""
+        return f"{value:.4g}{unit}{radius}"
 
 
 @dataclass(frozen=True)
@@ -113,13 +138,31 @@ def peaks_of(model: Model, states: States) -> list[Peak]:
 
 
 def largest_of(peaks: Sequence[Peak]) -> list[Peak]:
-    """For each quantity of a kind of parts the largest peak, in the order of the first ones."""
-    found: dict[tuple[str, str, bool], Peak] = {}
+    """For each quantity of a kind of parts the largest peak, in the order of the first ones.
+
+    Where there are limits, also the one that is nearest to its limit or furthest beyond.
+    """
+    largest: dict[tuple[str, str, bool], Peak] = {}
+    nearest: dict[tuple[str, str, bool], Peak] = {}
     for peak in peaks:
         key = peak.quantity, peak.unit, peak.X is None
-        if key not in found or abs(peak.value) > abs(found[key].value):
-            found[key] = peak
-    return list(found.values())
+        if key not in largest or abs(peak.value) > abs(largest[key].value):
+            largest[key] = peak
+        if peak.share is not None and peak.share > (nearest[key].share or 0.0 if key in nearest else 0.0):
+            nearest[key] = peak
+    both = (found[key] for key in largest for found in (largest, nearest) if key in found)
+    return list(dict.fromkeys(both))
+
+
+def beyond_limits(peaks: Sequence[Peak]) -> list[str]:
+    """A sentence about each peak beyond its limit."""
+    return [f"Beyond its limit: {peak}." for peak in peaks if peak.share is not None and peak.share > 1.0]
+
+
+def has_limits(view: View) -> bool:
+    """Whether a segment has a limit."""
+    rods = [link for link in view.links if link.strain is not None]
+    return any(limit(segment) for rod in rods for segment in rod.segments for limit in LIMITS.values())
 
 
 def _of_rod(link: Link, states: States) -> Iterator[Peak]:
@@ -152,8 +195,16 @@ def _of_rod(link: Link, states: States) -> Iterator[Peak]:
         if not values.any():
             # Strains without modes, and forces that nothing exerts.
             continue
-        state, station = _largest(values)
-        yield _peak(quantity, unit, link.name, values[state, station], X[station], states, state)
+        limit = LIMITS.get(quantity)
+        limits = [limit and limit(link.segments[i]) for i in at]
+        places = [_largest(values)]
+        if any(limits):
+            shares = values / np.array([of_place or np.inf for of_place in limits])
+            places += [place for place in [_largest(shares)] if place != places[0]]
+        for state, station in places:
+            value = values[state, station]
+            peak = _peak(quantity, unit, link.name, value, X[station], states, state)
+            yield replace(peak, limit=limits[station])
 
 
 def _stations(link: Link) -> Array:

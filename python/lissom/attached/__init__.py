@@ -528,6 +528,7 @@ def _view(
     ranges: Mapping[str, Sequence[float]] | None = None,
     block: bool = True,
     allow_hosts: Sequence[str] = (),
+    dark: bool = False,
 ) -> LiveView:
     """Show the simulation live in a browser, and interact with it there (extra `view`).
 
@@ -552,6 +553,8 @@ def _view(
     allow_hosts : sequence of str
         Names of hosts whose pages may use the view, such as that of a proxy. By default only the page that
         the view serves itself, to this machine.
+    dark : bool
+        Whether the page is dark at first; it has a switch for it.
 
     Returns
     -------
@@ -571,7 +574,9 @@ def _view(
 
     if not isinstance(block, bool):
         raise TypeError(f"block: a {type(block).__name__} is not True or False")
-    view = open_view(self, port=port, speed=speed, paused=paused, ranges=ranges, allow_hosts=allow_hosts)
+    view = open_view(
+        self, port=port, speed=speed, paused=paused, ranges=ranges, allow_hosts=allow_hosts, dark=dark
+    )
     if block:
         try:
             print(f"Open {view.url} in a browser; Ctrl-C ends.", flush=True)
@@ -732,7 +737,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
 
 
 #: File formats of a motion or a shape as meshes.
-MESHES = "``.glb`` (glTF 2.0, {what}), ``.ply`` and ``.obj`` have meshes"
+MESHES = "``.glb`` (glTF 2.0, {what}), ``.usd`` (likewise; extra `usd`), ``.ply`` and ``.obj`` have meshes"
 
 
 def attach() -> None:

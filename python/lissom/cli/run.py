@@ -76,7 +76,8 @@ def _report_of_run(done: Run, path: Path) -> None:
 
 
 def _summarise(done: Run, saved: Saved) -> None:
-    from ..drawing.report import text
+    from ..drawing.report import peaks, text
 
     outcome, good = text.outcome(done)
-    say(done.scene.name, outcome, good, text.summary(done), saved)
+    limits = [("limit", sentence) for sentence in peaks.exceeded_in_motion(done)]
+    say(done.scene.name, outcome, good, limits + text.summary(done), saved)

@@ -49,12 +49,15 @@ def command(scene: Path, output: Path | None, from_start: bool, no_stability: bo
 def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     """Print the result and any problem; return the exit code."""
     from ..analysis.advice import about_model
+    from ..drawing.report import peaks
     from ..drawing.report import studies as words
     from ..results.studies import setting_of
 
     outcome, good = words.outcome(done.found)
+    setting = setting_of(done.scene)
     facts = [("advice", sentence) for sentence in about_model(done.scene.model)]
-    facts += words.summary(setting_of(done.scene), done.found, done.wall_time)
+    facts += [("limit", sentence) for sentence in peaks.exceeded_at_rest(setting, done.found.q)]
+    facts += words.summary(setting, done.found, done.wall_time)
     say(done.scene.name, outcome, good, facts, saved)
     if done.found.message:
         click.echo(done.found.message)

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     """Compare lissom with known answers.
 
-    Compares with closed forms, independent solutions, other codes and published numbers, in a few seconds (a
-    minute with PyElastica). Prints a table; writes an HTML report with a plot for each case, and the numbers.
-    Names the cases that are left out because a code is not installed.
+    Compares with closed forms, independent solutions, other codes and published numbers, in some ten seconds
+    (a minute with PyElastica). Prints a table; writes an HTML report with a plot for each case, and the
+    numbers. Names the cases that are left out because a code is not installed.
 
     Exit code: 0 all cases are within their tolerance; 1 the results could not be written; 2 bad input; 3 a
     case is outside its tolerance; 130 interrupted (finished cases are written, FILE is not).

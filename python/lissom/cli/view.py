@@ -29,6 +29,7 @@ from .words import line, note
     help="Simulated seconds per second.",
 )
 @click.option("--paused", is_flag=True, help="Start paused.")
+@click.option("--dark", is_flag=True, help="Show a dark page at first.")
 @click.option(
     "--allow-host",
     "allow_hosts",
@@ -36,7 +37,9 @@ from .words import line, note
     metavar="NAME",
     help="Name of a host whose pages may use the view, such as that of a proxy; may be given several times.",
 )
-def command(scene: Path, port: int, speed: float, paused: bool, allow_hosts: tuple[str, ...]) -> int:
+def command(
+    scene: Path, port: int, speed: float, paused: bool, dark: bool, allow_hosts: tuple[str, ...]
+) -> int:
     """Simulate SCENE live in a browser.
 
     In the page you can pause and step, change inputs with sliders and pull the tip. It is served to this
@@ -54,7 +57,7 @@ def command(scene: Path, port: int, speed: float, paused: bool, allow_hosts: tup
     loaded = load(scene)
     try:
         with refusals_of(scene):
-            view = of_scene(loaded, port=port, speed=speed, paused=paused, allow_hosts=allow_hosts)
+            view = of_scene(loaded, port=port, speed=speed, paused=paused, allow_hosts=allow_hosts, dark=dark)
     except OSError as error:
         click.echo(f"--port: no page can be served at {port}: {error}", err=True)
         return FAILED

@@ -124,7 +124,7 @@ def of_statics(
     path, width, towards = _checked(path, width, view)
     seen = _in_space(setting.model)
     at, rest = np.array([setting.t]), np.zeros_like(result.q)
-    found, is_there = parts(seen, result.q[None], rest[None], np.asarray(setting.u)[None], at)
+    found, is_there = parts(seen, result.q[None], rest[None], np.asarray(setting.u)[None], at, is_smooth=True)
     if not is_there.all():
         raise ValueError(f"result: its coordinates are not finite; {result.message}")
     _write(path, seen, found, "", towards, width)
@@ -187,7 +187,7 @@ def _shapes(result: MotionResult, seen: views.View, t: Array) -> tuple[list[Part
     before = np.searchsorted(result.t, t, side="right").clip(1) - 1
     q, v = (np.stack(values) for values in zip(*states, strict=True))
     with np.errstate(over="ignore", invalid="ignore"):
-        found, is_there = parts(seen, q, v, result.u[before], t)
+        found, is_there = parts(seen, q, v, result.u[before], t, is_smooth=True)
     if not is_there.any():
         raise ValueError("times: none of the states at these times is finite")
     return found, t[is_there]

@@ -152,7 +152,7 @@ class _Document:
     def _material(self, part: Part) -> int:
         colour = {
             "pbrMetallicRoughness": {
-                "baseColorFactor": [*_linear(LEGEND[part.layer]), part.opacity],
+                "baseColorFactor": [*linear(LEGEND[part.layer]), part.opacity],
                 "metallicFactor": 0.0,
                 "roughnessFactor": ROUGHNESS,
             },
@@ -251,7 +251,7 @@ def _column_major(matrix: Array) -> list[float]:
     return [float(value) for value in matrix.T.reshape(-1)]
 
 
-def _linear(colour: str) -> list[float]:
+def linear(colour: str) -> list[float]:
     """Red, green and blue of a hexadecimal colour as intensities (IEC 61966-2-1, sRGB)."""
     parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)

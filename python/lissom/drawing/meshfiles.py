@@ -1,8 +1,9 @@
-"""Results as meshes: motions as glTF with an animation, single instants as glTF, PLY or OBJ."""
+"""Results as meshes: motions as glTF or USD with an animation, single instants also as PLY or OBJ."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..common.arguments import number
 from ..model.views import View, view
 from ..results.runs import Made
 from ..results.studies import setting_for
-from . import gltf
+from . import gltf, usd
 from .parts import Part, named, normals, parts
 from .report import motion, symbols
 
@@ -32,7 +33,7 @@ def of_motion(result: MotionResult, suffix: str, t: float | None) -> bytes:
         raise ValueError(f"result: it has no states to show; {result.message}")
     seen = _with_parts(result.model, suffix)
     if t is None:
-        if suffix != ".glb":
+        if suffix not in MOVING:
             raise ValueError(f"t: {suffix} files show one instant; give its time in seconds, such as `t=0.5`")
         run = Made(result, result.model)
         at = motion.frames(run)
@@ -120,7 +121,15 @@ def obj(found: list[Part], t: Array, up: tuple[int, bool]) -> bytes:
     return "\n".join([*lines, ""]).encode()
 
 
-WRITERS: dict[str, Writer] = {".glb": gltf.write, ".ply": ply, ".obj": obj}
+WRITERS: dict[str, Writer] = {
+    ".glb": gltf.write,
+    **{suffix: partial(usd.write, suffix=suffix) for suffix in usd.SUFFIXES},
+    ".ply": ply,
+    ".obj": obj,
+}
+
+#: Suffixes of files that have animations.
+MOVING = (".glb", *usd.SUFFIXES)
 
 
 def motion_writers(t: float | None) -> dict[str, Callable[[Any, Any], bytes]]:

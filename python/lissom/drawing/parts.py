@@ -6,6 +6,7 @@ a body. Rods have their true sections, which reports draw thicker where they wou
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
 from ..model.glyphs.contacts import Obstacle, ground, turn_of
-from ..model.views import View
+from ..model.views import Link, View
 from . import meshes
 from .meshes import Triangles
 from .report import actuators, contacts, layers, magnets, solids
@@ -27,6 +28,10 @@ Array = NDArray[np.float64]
 
 #: Layers of strands that are parts of a model, not symbols.
 STRANDS = ("tendons", "chambers")
+
+#: Largest angle between neighbouring sections of smooth rods, radians: chords of a circle of radius r leave
+#: it by r / 800. At most so many times the usual number of sections are drawn for it.
+CHORD, FINEST = 0.1, 8
 
 #: Names of parts whose surface is open: seen from both sides.
 OPEN = HeightField
@@ -57,12 +62,16 @@ class Part:
         return np.asarray(self.centres[shape][self.bone] + np.einsum("vij,vj->vi", turns, self.corners))
 
 
-def parts(seen: View, q: Array, v: Array, u: Array, t: Array) -> tuple[list[Part], NDArray[np.bool_]]:
+def parts(
+    seen: View, q: Array, v: Array, u: Array, t: Array, is_smooth: bool = False
+) -> tuple[list[Part], NDArray[np.bool_]]:
     """All parts of a model in several shapes, and which of the shapes they have: those that are finite.
 
-    For coordinates and velocities (shapes, n), inputs (shapes, inputs) and times (shapes,).
+    For coordinates and velocities (shapes, n), inputs (shapes, inputs) and times (shapes,). Rods have so many
+    sections that chords are not seen if they are to be smooth, and those of results otherwise.
     """
-    tubes = [solids.tube(link, q, np.zeros_like(v), t, u, 0.0, _opacity(seen)) for link in seen.links]
+    links = [_smooth(link, q, t) for link in seen.links] if is_smooth else seen.links
+    tubes = [solids.tube(link, q, np.zeros_like(v), t, u, 0.0, _opacity(seen)) for link in links]
     bodies = [solids.ellipsoid(solid, q, t, _least(seen, solid.semi_axes)) for solid in seen.solids]
     low, high = layers.extent([*tubes, *bodies])
     low, high = drawing.box(low, high, 0.04 * float((high - low).max()))
@@ -85,6 +94,16 @@ def parts(seen: View, q: Array, v: Array, u: Array, t: Array) -> tuple[list[Part
         replace(part, centres=part.centres[is_there], turns=part.turns[is_there])
         for part in map(_tidy, found)
     ], is_there
+
+
+def _smooth(link: Link, q: Array, t: Array) -> Link:
+    """The link with so many sections that its chords are not seen in any of the shapes."""
+    turns = link.pose(q, link.stations, t)[..., :3, :3]
+    # Cosines of the angles between neighbouring sections; none where a shape is not finite.
+    traces = np.einsum("...ij,...ij->...", turns[..., 1:, :, :], turns[..., :-1, :, :])
+    cosines = 0.5 * (traces[np.isfinite(traces)] - 1.0)
+    largest = float(np.arccos(np.clip(cosines.min(initial=1.0), -1.0, 1.0)))
+    return replace(link, per_segment=link.per_segment * min(max(math.ceil(largest / CHORD), 1), FINEST))
 
 
 def _opacity(seen: View) -> float:

@@ -492,7 +492,7 @@ class _InSpace:
 
     def __init__(self, shown: View, states: _States, figure: Any) -> None:
         with np.errstate(over="ignore", invalid="ignore"):
-            found, is_there = parts(shown, states.q, states.v, states.u, states.t)
+            found, is_there = parts(shown, states.q, states.v, states.u, states.t, is_smooth=True)
         if not is_there.any():
             raise ValueError("result: none of its states is finite")
         self._found, self._axes = found, axes_of(shown, found)

@@ -6,6 +6,7 @@
 
 ``gymnasium.make`` creates one environment (`RobotEnv`), ``gymnasium.make_vec`` many that are stepped together
 on all cores (`RobotVectorEnv`). Subclass `Task` for your own environments; ``docs/gym.md`` shows how.
+``lissom.gym.stable_baselines3`` has the adapter to Stable-Baselines3.
 Needs the extra `gym`: ``pip install 'lissom[gym]'``.
 """
 

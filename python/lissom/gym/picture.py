@@ -50,7 +50,9 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) ->
     figure = Figure((SIZE, SIZE), DOTS_PER_INCH, layout="constrained")
     canvas: Any = FigureCanvasAgg(figure)
     plot: Any = figure.add_subplot()
-    found, is_there = parts(view(robot), q[None], np.zeros((1, len(q))), robot.u0[None], np.array([t]))
+    found, is_there = parts(
+        view(robot), q[None], np.zeros((1, len(q))), robot.u0[None], np.array([t]), is_smooth=True
+    )
     if is_there.all():
         plot.add_collection(polygons(triangles(found, axes)), autolim=False)
     for link in robot.links:

@@ -106,7 +106,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         start = self.task.start(self.robot, self.np_random)
         self.simulation.reset(q0=start.q, v0=start.v, t0=0.0)
         self._goal = start.goal
-        outcome = self.task.seen(self._states(start.goal, np.zeros((1, len(self.robot.inputs)))))
+        outcome = self.task.seen(self._states(start.goal, np.zeros((1, len(self.task.action_names)))))
         return outcome.observations[0], _numbers(outcome.infos)
 
     def step(self, action: NDArray[Any]) -> tuple[Array, float, bool, bool, dict[str, Any]]:
@@ -122,8 +122,8 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         if self._goal is None:
             raise gymnasium.error.ResetNeeded("the environment has no state yet: call reset first")
         simulation = self.simulation
-        actions = self.task.checked(action, (len(self.robot.inputs),))[None]
-        simulation.step(self.task.inputs(actions)[0], duration=self.task.control_step)
+        actions = self.task.checked(action, (len(self.task.action_names),))[None]
+        simulation.step(self.task.commands(actions)[0], duration=self.task.control_step)
         verdict = self.task.judge(
             self._states(self._goal, actions),
             np.array([simulation.success]),

@@ -39,7 +39,7 @@ class Start:
 
 @dataclass(frozen=True)
 class States:
-    """Rows of states: one robot for all or one each, q, v (k, n), goals (k, m), actions (k, inputs).
+    """Rows of states: one robot for all or one each, q, v (k, n), goals (k, m), actions (k, actions).
 
     The times t have shape (k,), seconds.
     """
@@ -116,6 +116,9 @@ class Task(ABC):
         the step size.
     control_step : float
         Duration of an action, seconds.
+    action_names : sequence of str
+        Names of the actions; those of the robot's inputs unless the task has others, such as two bending
+        angles that `inputs` turns into tensions of four tendons.
     max_episode_steps : int
         Default number of actions after which an episode is truncated.
     failed_reward : float
@@ -140,16 +143,21 @@ class Task(ABC):
 
     @abstractmethod
     def inputs(self, actions: Array) -> Array:
-        """Return the robot's inputs, shape (k, inputs), for actions in [-1, 1], shape (k, inputs)."""
+        """Return the robot's inputs, shape (k, inputs), for actions in [-1, 1], shape (k, actions)."""
 
     @abstractmethod
     def outcome(self, states: States) -> Outcome:
         """Return the observations of states and the rewards for reaching them."""
 
     @property
+    def action_names(self) -> Sequence[str]:
+        """Names of the actions: those of the robot's inputs, unless a task sets others."""
+        return tuple(self.robot.inputs)
+
+    @property
     def action_space(self) -> Box:
-        """One action for each input, from -1 to 1."""
-        return Box(-1.0, 1.0, (len(self.robot.inputs),), np.float32)
+        """One number for each action, from -1 to 1."""
+        return Box(-1.0, 1.0, (len(self.action_names),), np.float32)
 
     @property
     def observation_space(self) -> Box:
@@ -179,6 +187,21 @@ class Task(ABC):
         if array.shape != shape:
             raise ValueError(f"action: expected shape {shape}, got {array.shape}")
         return np.clip(array, -1.0, 1.0)
+
+    def commands(self, actions: Array) -> Array:
+        """The `inputs` for checked actions, with their shape checked.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If `inputs` returns another shape or numbers that are not finite.
+        """
+        name = f"{type(self).__name__}.inputs"
+        found = finite_array(self.inputs(actions), name)
+        expected = (len(actions), len(self.robot.inputs))
+        if found.shape != expected:
+            raise ValueError(f"{name}: expected shape {expected}, an input in each column, got {found.shape}")
+        return found
 
     def variant(self, randomise: Randomise, random: np.random.Generator) -> Robot:
         """A robot from a function of the user, checked for this task.

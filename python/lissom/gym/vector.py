@@ -181,7 +181,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
             rows = np.flatnonzero(begins).tolist()
             raise gymnasium.error.ResetNeeded(f"the episodes of rows {rows} have ended: reset them")
         # Rows that begin anew make a step, too, of which nothing is kept.
-        success = simulations.step(self.task.inputs(actions), self.task.control_step)
+        success = simulations.step(self.task.commands(actions), self.task.control_step)
         verdict = self.task.judge(
             States(self.robots, simulations.q, simulations.v, self._goals, actions, simulations.t),
             success,
@@ -282,7 +282,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         if self._goals is None:
             self._goals = goals
         self._goals[rows] = goals
-        actions = np.zeros((len(rows), len(self.task.robot.inputs)))
+        actions = np.zeros((len(rows), len(self.task.action_names)))
         outcome = self.task.seen(States(robots, q, v, goals, actions, np.zeros(len(rows))))
         self._observations[rows] = outcome.observations
         self._elapsed[rows] = 0

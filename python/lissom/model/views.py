@@ -43,7 +43,7 @@ JOINTS = {
     "z": ("position", "m"),
 }
 
-#: Number of sections along each segment at which the centre line is saved and drawn.
+#: Least number of sections along each segment at which the centre line is saved and drawn.
 SECTIONS_PER_SEGMENT = 24
 
 #: Number of places along a segment at which its section is evaluated.
@@ -91,12 +91,14 @@ class Link:
     elastic_wrench: Callable[[Array, Array, Array, Array], Array] | None = None
     #: Arc lengths at which loads, bodies and supports act: forces jump there.
     marks: Sequence[float] = ()
+    #: Number of sections along each segment at which it is saved and drawn.
+    per_segment: int = SECTIONS_PER_SEGMENT
 
     @cached_property
     def stations(self) -> Array:
         """Arc lengths of the sections at which the link is saved and drawn, shape (s,), metres."""
         ends = np.concatenate([[0.0], np.cumsum([segment.length for segment in self.segments])])
-        inner = [np.linspace(a, b, SECTIONS_PER_SEGMENT, endpoint=False) for a, b in pairwise(ends)]
+        inner = [np.linspace(a, b, self.per_segment, endpoint=False) for a, b in pairwise(ends)]
         # The sum of the lengths may differ from the link's length by rounding.
         return np.append(np.concatenate(inner), self.length)
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from .._lissom import Link, Revolute, Robot
 from ..common import disk
-from ..common.arguments import path_of
+from ..common.arguments import flag, path_of
 from .imported import Imported, Left
 from .problems import UrdfError, UrdfProblem, UrdfWarning
 from .reader import Reader
@@ -39,13 +39,15 @@ def read_urdf(
     floating: bool = False,
     limit_stiffness: float | None = None,
     mend_inertia: bool = False,
+    collisions: bool = False,
 ) -> Imported:
     """Read the links and joints of a URDF file.
 
     Every link of the file becomes a `Link` of the same name with the joint to its parent. A link without
     <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic`` `Prismatic`,
     ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of <dynamics> and <mimic>
-    are imported. Referenced files, such as meshes and packages, are not opened.
+    are imported. ``loop_joint`` becomes a `Loop` between its ``link1`` and ``link2``, which have ``link``,
+    ``xyz`` and ``rpy``. Referenced files, such as meshes and packages, are not opened.
 
     Parameters
     ----------
@@ -59,6 +61,9 @@ def read_urdf(
     mend_inertia : bool
         Whether to replace impossible moments of inertia (one larger than the sum of the other two, or a
         negative one) by the nearest possible ones, and list them. By default they are an error.
+    collisions : bool
+        Whether to read the boxes, spheres, cylinders and capsules of <collision> as `shapes` on their links.
+        Cylinders become prisms with 24 sides and the same volume.
 
     Returns
     -------
@@ -89,6 +94,8 @@ def read_urdf(
         floating=floating,
         limit_stiffness=limit_stiffness,
         mend_inertia=mend_inertia,
+        collisions=flag("collisions", collisions),
+        loops=True,
     )
 
 
@@ -99,6 +106,8 @@ def imported_from(
     floating: bool = False,
     limit_stiffness: float | None = None,
     mend_inertia: bool = False,
+    collisions: bool = False,
+    loops: bool = False,
 ) -> Imported:
     """Read links and joints from the content of a URDF file.
 
@@ -108,8 +117,10 @@ def imported_from(
         Name of the file in messages.
     content : bytes
         Content of the file.
-    floating, limit_stiffness, mend_inertia
+    floating, limit_stiffness, mend_inertia, collisions
         As for `read_urdf`.
+    loops : bool
+        Whether to read loops; they are listed otherwise, as in scenes, whose loops are their own.
 
     Returns
     -------
@@ -121,7 +132,7 @@ def imported_from(
         As `read_urdf` does.
     """
     _check_stiffness(limit_stiffness)
-    return Reader(file, content, limit_stiffness, mend_inertia).imported(floating)
+    return Reader(file, content, limit_stiffness, mend_inertia, collisions, loops).imported(floating)
 
 
 def _check_stiffness(limit_stiffness: float | None) -> None:
@@ -140,7 +151,7 @@ def robot_from_urdf(
     gravity: ArrayLike = (0, 0, -9.81),
     **others: Any,
 ) -> Robot:
-    """Create a robot from the links of a URDF file and additional links.
+    """Create a robot from the links and loops of a URDF file and additional ones.
 
     Parameters
     ----------
@@ -149,7 +160,7 @@ def robot_from_urdf(
     links : iterable of Link
         Additional links, such as rods attached to links of the file.
     gravity, **others
-        As for `Robot`.
+        As for `Robot`; `loops` are additional ones.
 
     Returns
     -------
@@ -177,4 +188,6 @@ def robot_from_urdf(
     imported = read_urdf(path, floating=floating, limit_stiffness=limit_stiffness, mend_inertia=mend_inertia)
     if imported.not_taken:
         warnings.warn(str(imported), UrdfWarning, stacklevel=2)
+    if imported.loops:
+        others["loops"] = [*imported.loops, *others.get("loops", ())]
     return Robot([*imported.links, *links], gravity=gravity, **others)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from .._lissom import Link
+from .._lissom import Box, Capsule, ConvexMesh, Link, Loop, Sphere
 from .problems import LONGEST_KEY, counted, short
 from .reasons import FIRST
 
@@ -56,6 +56,11 @@ class Imported:
         Name of the robot; empty if the file has none.
     file : str
         The file as given.
+    loops : tuple of Loop
+        The loops of the file, for a `Robot`.
+    shapes : tuple of Box, Sphere, Capsule or ConvexMesh
+        The shapes for contact of the file, on their links, if they were asked for. A `Contact` says what
+        each of them touches.
     """
 
     links: tuple[Link, ...]
@@ -63,10 +68,14 @@ class Imported:
     joints: dict[str, str] = field(default_factory=dict)
     name: str = ""
     file: str = ""
+    loops: tuple[Loop, ...] = ()
+    shapes: tuple[Box | Sphere | Capsule | ConvexMesh, ...] = ()
 
     def __str__(self) -> str:
         size = f'robot "{short(self.name, LONGEST_KEY)}", {counted(len(self.links), "link")}'
         head = f"{self.file}: {size}, {counted(len(self.joints), 'joint')}"
+        for number, what in ((len(self.loops), "loop"), (len(self.shapes), "shape")):
+            head += f", {counted(number, what)}" if number else ""
         if not self.not_taken:
             return f"{head}; everything was taken over"
         groups: dict[tuple[str, str], list[Left]] = {}

@@ -23,16 +23,21 @@ def quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, flo
     )
 
 
-def rotated(tensor: NDArray[np.float64], q: Sequence[float]) -> NDArray[np.float64]:
-    """R I R^T: a tensor in the rotated axes."""
+def rotation(q: Sequence[float]) -> NDArray[np.float64]:
+    """Matrix of a unit quaternion (w, x, y, z)."""
     w, x, y, z = q
-    R = np.array(
+    return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
             [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
             [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+def rotated(tensor: NDArray[np.float64], q: Sequence[float]) -> NDArray[np.float64]:
+    """R I R^T: a tensor in the rotated axes."""
+    R = rotation(q)
     turned: NDArray[np.float64] = R @ tensor @ R.T
     return (turned + turned.T) / 2
 

@@ -9,10 +9,27 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from .._lissom import Body, Free, Joint, Link, Mimic, Planar, Prismatic, Revolute, Weld
+from .._lissom import (
+    Body,
+    Box,
+    Capsule,
+    ConvexMesh,
+    Free,
+    Joint,
+    Link,
+    Loop,
+    LoopEnd,
+    Mimic,
+    Planar,
+    Prismatic,
+    Revolute,
+    Sphere,
+    Spherical,
+    Weld,
+)
 from .document import RUN_XACRO, Document, Element
 from .imported import Imported, Left
-from .inertia import mended, quaternion, rotated
+from .inertia import mended, quaternion, rotated, rotation
 from .problems import MOST_PROBLEMS, UrdfError, counted
 from .reasons import (
     MENDED,
@@ -21,9 +38,12 @@ from .reasons import (
     NO_FORCES,
     NO_LIMIT,
     NO_LIMITS,
+    NO_LOOPS_HERE,
+    NO_MESH,
     NO_MIMIC,
     NO_ROOM,
     NO_STOPS,
+    ON_REQUEST,
     REASONS,
     TEXT,
     nearest,
@@ -38,6 +58,21 @@ _QUATERNION_TOLERANCE = 1e-3
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _NOT_ONE_COORDINATE = ("fixed", "floating", "planar")
+
+#: Joints that close a loop, and those of them that have an axis.
+_LOOP_TYPES = ("revolute", "continuous", "prismatic", "planar", "ball", "fixed")
+_WITHOUT_AXIS = ("ball", "fixed")
+
+#: Attributes of <geometry> that are read, by shape.
+_SHAPES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+}
+
+#: Sides of the prism that stands for a cylinder.
+_SIDES = 24
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _REFUSED = re.compile(r"(\w+)[^:]*: (got .*?), (expected .*)")
@@ -71,13 +106,38 @@ class _MimicRead:
     offset: float
 
 
+@dataclass(slots=True)
+class _LoopRead:
+    """A loop of the file, as far as it could be read: its ends with their links, and its joint."""
+
+    element: Element
+    name: str
+    ends: list[tuple[Element, LoopEnd]]
+    kind: Revolute | Prismatic | Planar | Spherical | Weld
+
+
+Shape = Box | Sphere | Capsule | ConvexMesh
+
+
 class Reader:
     """Reads the elements of a document; `problems` and `left` are the document's."""
 
-    def __init__(self, file: str, data: bytes, limit_stiffness: float | None, mend_inertia: bool) -> None:
+    def __init__(
+        self,
+        file: str,
+        data: bytes,
+        limit_stiffness: float | None,
+        mend_inertia: bool,
+        collisions: bool = False,
+        loops: bool = False,
+    ) -> None:
         self.document = Document(file, data)
         self.limit_stiffness = limit_stiffness
         self.mend_inertia = mend_inertia
+        self.collisions = collisions
+        self.has_loops = loops
+        self.shapes: list[Shape] = []
+        self.loops: list[_LoopRead] = []
         self.mimic: list[_MimicRead] = []
 
     def imported(self, floating: bool) -> Imported:
@@ -103,6 +163,8 @@ class Reader:
             joints={name: joint.child or "" for name, joint in joints.items()},
             name=root.attributes.get("name", ""),
             file=self.document.file,
+            loops=tuple(_loop(each) for each in self.loops),
+            shapes=tuple(self.shapes),
         )
 
     # Problems, and content that is not imported
@@ -209,12 +271,14 @@ class Reader:
         values = self._numbers(element, attribute, None if default is None else (default,), 1)
         return None if values is None else values[0]
 
-    def _pose(self, origin: Element | None) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Position and quaternion (w, x, y, z); the identity if invalid."""
+    def _pose(
+        self, origin: Element | None, beside: Sequence[str] = ()
+    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Position and quaternion (w, x, y, z) beside other attributes; the identity if invalid."""
         nowhere, upright = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
         if origin is None:
             return nowhere, upright
-        self._open(origin, ("xyz", "rpy", "quat_xyzw"))
+        self._open(origin, ("xyz", "rpy", "quat_xyzw", *beside))
         position = self._numbers(origin, "xyz", nowhere) or nowhere
         if "quat_xyzw" not in origin.attributes:
             angles = self._numbers(origin, "rpy", nowhere) or nowhere
@@ -266,8 +330,94 @@ class Reader:
         return body
 
     def _link(self, element: Element) -> Body | None:
-        parts = self._open(element, ("name",), ("inertial",))
+        parts = self._open(element, ("name",), ("inertial",), ("collision",))
+        for collision in [child for child in element.children if child.tag == "collision"]:
+            if self.collisions:
+                self._collision(collision, element.attributes.get("name", ""))
+            else:
+                self._leave(collision, ON_REQUEST if self.has_loops else REASONS["link"]["collision"])
         return self._body(parts["inertial"]) if "inertial" in parts else None
+
+    def _collision(self, element: Element, link: str) -> None:
+        """A shape for contact on a link, or an entry for what is none."""
+        parts = self._open(element, ("name",), ("origin", "geometry"))
+        position, orientation = self._pose(parts.get("origin"))
+        geometry = parts.get("geometry")
+        if geometry is None:
+            self._problem(element, None, "got no <geometry>", "expected <geometry> with a shape")
+            return
+        found = self._open(geometry, (), tuple(_SHAPES), ("mesh",))
+        for child in geometry.children:
+            if child.tag == "mesh":
+                self._leave(child, NO_MESH)
+        for tag, shape in found.items():
+            self._open(shape, _SHAPES[tag])
+            sizes = [self._numbers(shape, name, None, 3 if name == "size" else 1) for name in _SHAPES[tag]]
+            if None in sizes:
+                continue
+            given = [number for size in sizes for number in size or ()]
+            if min(given) > 0.0:
+                self.shapes.append(_shape(tag, given, position, orientation, link))
+            else:
+                shown = ", ".join(f"{number:g}" for number in given)
+                self._problem(shape, None, f"got the sizes {shown}", "expected positive ones")
+
+    def _loop_joint(self, element: Element) -> None:
+        """A joint that closes a loop."""
+        parts = self._open(element, ("name", "type"), ("link1", "link2", "axis"))
+        name = self._text(element, "name", "a name") or ""
+        kind = element.attributes.get("type", "revolute")
+        if kind not in _LOOP_TYPES:
+            guess = self._guess(kind, _LOOP_TYPES)
+            right = f"did you mean {guess}?" if guess else f"expected one of {', '.join(_LOOP_TYPES)}"
+            self._problem(element, "type", f'got "{kind}"', right)
+        ends = []
+        for tag in ("link1", "link2"):
+            if tag not in parts:
+                self._problem(element, None, f"got no <{tag}>", f'expected <{tag} link="..."/>')
+                continue
+            position, orientation = self._pose(parts[tag], ("link",))
+            link = self._text(parts[tag], "link", "the name of a link")
+            if link is not None:
+                end = LoopEnd(link, position=position, orientation=orientation)
+                ends.append((parts[tag], end))
+        axis = parts.get("axis")
+        if kind in _WITHOUT_AXIS:
+            if axis is not None:
+                self._leave(axis, NO_AXIS)
+            self.loops.append(_LoopRead(element, name, ends, Spherical() if kind == "ball" else Weld()))
+            return
+        along = self._axis(axis)
+        try:
+            joint = (
+                Prismatic(along)
+                if kind == "prismatic"
+                else Planar(along)
+                if kind == "planar"
+                else Revolute(along)
+            )
+            self.loops.append(_LoopRead(element, name, ends, joint))
+        except ValueError as error:
+            self._refused(error, element, {"axis": (axis, "xyz"), "normal": (axis, "xyz")})
+
+    def _close(self, links: Iterable[str]) -> None:
+        """Check the links of loops, and their names."""
+        known = list(links)
+        first: dict[str, Element] = {}
+        for loop in self.loops:
+            if loop.name and self._is_new(loop.element, loop.name, first.get(loop.name)):
+                first[loop.name] = loop.element
+            for element, end in loop.ends:
+                if end.link not in known:
+                    guess = self._guess(end.link or "", known)
+                    right = (
+                        f'did you mean "{guess}"?' if guess else "expected the name of a link of this file"
+                    )
+                    wrong = f'got "{end.link}", which is no link of this file'
+                    self._problem(element, "link", wrong, right)
+            if len(loop.ends) == 2 and loop.ends[0][1].link == loop.ends[1][1].link:
+                wrong = f'got "{loop.ends[1][1].link}" at both ends'
+                self._problem(loop.ends[1][0], "link", wrong, "expected two links")
 
     def _limits(self, joint: Element, limit: Element | None, kind: str | None) -> tuple[float, float] | None:
         """The limits that become stops; lists the others."""
@@ -422,7 +572,7 @@ class Reader:
     # The tree
 
     def _robot(self, root: Element, floating: bool) -> tuple[tuple[Link, ...], dict[str, _JointRead]]:
-        self._open(root, ("name",), (), ("link", "joint"))
+        self._open(root, ("name",), (), ("link", "joint", "loop_joint"))
         links: dict[str, tuple[Element, Body | None]] = {}
         joints: dict[str, _JointRead] = {}
         read: list[_JointRead] = []
@@ -434,6 +584,11 @@ class Reader:
                     element, name, links[name][0] if name in links else None
                 ):
                     links[name] = element, body
+            elif element.tag == "loop_joint":
+                if self.has_loops:
+                    self._loop_joint(element)
+                else:
+                    self._leave(element, NO_LOOPS_HERE)
             elif element.tag == "joint":
                 joint = self._joint(element)
                 read.append(joint)
@@ -444,6 +599,7 @@ class Reader:
             self._problem(root, None, "got no links", 'expected at least one: <link name="..."/>')
             return (), joints
         self._couple(joints)
+        self._close(links)
         above, below = self._edges(links, read)
         order = self._walk(links, above, below)
         if self.document.problems:
@@ -544,6 +700,43 @@ class Reader:
         named = turned if len(turned) <= 8 else [*turned[:4], "...", *turned[-3:]]
         wrong = f"got a circle of links: {' -> '.join(named)}"
         self._problem(closing.element, None, wrong, "expected a tree: no link behind itself")
+
+
+def _loop(read: _LoopRead) -> Loop:
+    (_, a), (_, b) = read.ends
+    return Loop(a, b, read.kind, name=read.name)
+
+
+def _shape(
+    tag: str,
+    sizes: Sequence[float],
+    position: Sequence[float],
+    orientation: Sequence[float],
+    link: str,
+) -> Shape:
+    """A shape on a link; those with an axis have it along z, as in URDF."""
+    if tag == "box":
+        return Box(position, 0.5 * np.array(sizes), orientation, link=link)
+    if tag == "sphere":
+        return Sphere(position, sizes[0], link=link)
+    radius, length = sizes
+    turn, middle = rotation(orientation), np.asarray(position, float)
+    if tag == "capsule":
+        half = 0.5 * length * turn[:, 2]
+        return Capsule(middle - half, middle + half, radius, link=link)
+    # Regular polygon with the area of the circle.
+    angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    outer = radius * np.sqrt(2.0 * np.pi / (_SIDES * np.sin(2.0 * np.pi / _SIDES)))
+    ring = np.stack([outer * np.cos(angle), outer * np.sin(angle), np.zeros(_SIDES)], axis=-1)
+    half = np.array([0.0, 0.0, 0.5 * length])
+    corners = np.concatenate([ring - half, ring + half])
+    k = np.arange(_SIDES)
+    after = (k + 1) % _SIDES
+    walls = [(k, after, after + _SIDES), (k, after + _SIDES, k + _SIDES)]
+    fan = np.arange(1, _SIDES - 1)
+    ends = [(0 * fan, fan + 1, fan), (0 * fan + _SIDES, fan + _SIDES, fan + 1 + _SIDES)]
+    faces = np.concatenate([np.stack(each, axis=-1) for each in (*walls, *ends)])
+    return ConvexMesh(corners @ turn.T + middle, faces, link=link)
 
 
 def _is_xacro(value: str) -> bool:

@@ -22,11 +22,14 @@ _EFFORT = "a limit of the drive: robots have none until a `Motor` with `limits` 
 _DRIVE = "a limit of the drive; a `Motor` limits torque and force only"
 _PICTURE = "only for pictures"
 _CONTACT = "shapes for contact are not read"
+ON_REQUEST = "shapes for contact are read on request: give collisions=True"
+NO_MESH = "meshes are not read as shapes for contact; a `ConvexMesh` holds a convex hull"
+NO_LOOPS_HERE = "loops are read in Python only: the robot stays open there, unless the scene has a loop"
 NAMESPACE = "a namespace declaration says nothing about the robot"
 TEXT = "text means nothing here: URDF says all in elements and attributes"
 
 #: Entries that affect the robot's motion come first in a summary.
-FIRST = (NO_MIMIC, MENDED, NO_STOPS, NO_ROOM, NO_LIMIT, NO_LIMITS, NO_FORCES)
+FIRST = (NO_LOOPS_HERE, NO_MIMIC, MENDED, NO_STOPS, NO_ROOM, NO_LIMIT, NO_LIMITS, NO_FORCES)
 
 _OTHER_SIMULATORS = "settings of another simulator"
 _CONTROL = "drives and controllers are not part of a robot here"
@@ -40,7 +43,6 @@ REASONS: Mapping[str, Mapping[str, str]] = {
         "drake": _OTHER_SIMULATORS,
         "sensor": "a sensor does not move the robot",
         "ros2_control": _CONTROL,
-        "loop_joint": "closed loops are not read: the robot stays open there",
     },
     "link": {
         "visual": _PICTURE,
@@ -54,6 +56,8 @@ REASONS: Mapping[str, Mapping[str, str]] = {
         "calibration": _CONTROL,
         "gazebo": _OTHER_SIMULATORS,
     },
+    "collision": {"material": _PICTURE, "drake:proximity_properties": _OTHER_SIMULATORS},
+    "loop_joint": {"limit": NO_LIMITS, "dynamics": NO_FORCES},
     "limit": {"@effort": _EFFORT, "@velocity": _DRIVE, "@acceleration": _DRIVE, "@jerk": _DRIVE},
 }
 

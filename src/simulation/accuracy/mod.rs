@@ -78,7 +78,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     let (mut simulation, reason) = loop {
         let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, Some(&compared), monitor)?;
         let mut run = time::to_accuracy(&mut plan, monitor)?;
-        if run.is_success() {
+        if run.is_success() && request.space_error {
             space::add_error(&plan, &mut run, monitor)?;
         }
         match space::with_nodes(&plan, &run, (&original, 2 * factor), monitor)? {
@@ -91,6 +91,9 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     };
     if factor > 1 {
         simulation.message.push_str(&format!(" It takes {factor} times as many nodes as by default."));
+    }
+    if !request.space_error {
+        simulation.message.push_str(" The space error is not estimated.");
     }
     simulation.message.push(' ');
     simulation.message.push_str(&reason);

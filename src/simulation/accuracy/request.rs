@@ -24,12 +24,14 @@ pub struct Request {
     pub max_steps: usize,
     /// Largest step of all runs, in seconds, for loads that act at unknown times. Default: infinite.
     pub max_step: f64,
+    /// Whether the error by the numbers of modes and nodes counts.
+    pub space_error: bool,
 }
 
 impl Request {
     /// A request with the default limit of steps.
     pub fn new(rtol: f64, dt: f64) -> Self {
-        Self { rtol, dt, max_steps: DEFAULT_MAX_STEPS, max_step: f64::INFINITY }
+        Self { rtol, dt, max_steps: DEFAULT_MAX_STEPS, max_step: f64::INFINITY, space_error: true }
     }
 
     /// Rejects accuracies outside the valid range.

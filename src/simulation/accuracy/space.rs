@@ -98,18 +98,19 @@ pub(super) fn with_nodes<M: Model + Clone>(
     let wanted = plan.request.rtol;
     let is_unresolved = run.simulation.status == Status::Unresolved;
     let is_met = run.simulation.statistics.space_error.is_some_and(|error| error <= wanted);
-    if !is_unresolved && (!run.is_success() || is_met) {
+    let matters = run.is_success() && plan.request.space_error && !is_met;
+    if !is_unresolved && !matters {
         return Ok(None);
     }
     let Some(mut model) = original.with_nodes_times(factor) else { return Ok(None) };
     if is_unresolved {
         return Ok(Some(model));
     }
-    let matters = NODES * wanted;
+    let largest_change = NODES * wanted;
     if let Some([moved, energy]) = by_nodes(plan.model, &mut model, &run.simulation) {
         let changed = moved + plan.following.late(0.5 * energy);
-        if changed <= CLEARLY * matters || changed >= matters / CLEARLY {
-            return Ok((changed > matters).then_some(model));
+        if changed <= CLEARLY * largest_change || changed >= largest_change / CLEARLY {
+            return Ok((changed > largest_change).then_some(model));
         }
     }
     model.end_steps_at(&plan.following.ends);
@@ -119,5 +120,5 @@ pub(super) fn with_nodes<M: Model + Clone>(
     // nodes.
     let other = other.run(run.tolerance, f64::INFINITY, monitor)?;
     let changed = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
-    Ok((other.is_success() && changed > matters).then_some(model))
+    Ok((other.is_success() && changed > largest_change).then_some(model))
 }

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lissom
+from lissom import cli
+from lissom.analysis.peaks import beyond_limits, largest_of
 
 STEEL = {"young_modulus": 210e9, "shear_modulus": 80e9, "density": 7800.0}
 GRAVITY = 9.81
@@ -192,3 +195,86 @@ def test_the_force_of_a_contact_is_its_resultant(nodes):
     peaks = lissom.statics(robot, q0=[0.0105, 0.0, 0.0], space_error=False).peaks(robot)
     weight = 1000.0 * np.pi * 1e-4 * 0.5 * GRAVITY
     assert of(peaks, "contact force").value == pytest.approx(weight, rel=1e-6)
+
+
+def cantilever(**limits):
+    """Two equal segments, of which the first has limits."""
+    of = {"length": 0.5, "radius": 2e-3, **STEEL, "modes": {"bend_y": 3}}
+    return lissom.Rod([lissom.Segment(**of, **limits), lissom.Segment(**of)])
+
+
+def test_a_peak_has_the_limit_of_its_segment():
+    plain = lissom.statics(cantilever()).peaks(cantilever())
+    size = {name: of(plain, name).value for name in ("curvature", "axial strain", "axial stress")}
+    assert all(peak.limit is None and peak.share is None for peak in plain)
+    limits = {
+        "min_bend_radius": 0.8 / size["curvature"],
+        "max_strain": 2.0 * size["axial strain"],
+        "max_stress": 0.5 * size["axial stress"],
+    }
+    rod = cantilever(**limits)
+    peaks = lissom.statics(rod).peaks(rod)
+    shares = {name: of(peaks, name).share for name in size}
+    assert shares == pytest.approx({"curvature": 0.8, "axial strain": 0.5, "axial stress": 2.0})
+    assert of(peaks, "bending moment").limit is None
+    beyond = beyond_limits(peaks)
+    assert len(beyond) == 1
+    assert "axial stress of rod" in beyond[0]
+    assert f"{limits['max_stress']:.4g} Pa is allowed" in beyond[0]
+
+
+def test_a_weak_segment_has_its_peak_beside_the_largest_one():
+    """The tip bears a tenth of what the clamp bears, and is bent to a quarter of its curvature."""
+    segments = [
+        lissom.Segment(0.5, 2e-3, **STEEL, modes={"bend_y": 3}, **limits)
+        for limits in ({}, {"min_bend_radius": 100.0})
+    ]
+    rod = lissom.Rod(segments)
+    found = lissom.statics(rod)
+    largest, limited = [peak for peak in found.peaks(rod) if peak.quantity == "curvature"]
+    assert (largest.X, largest.limit) == (0.0, None)
+    assert limited.limit == pytest.approx(0.01)
+    assert pytest.approx(0.5) == limited.X
+    assert limited.value == pytest.approx(abs(rod.strain(found.q, limited.X)[1]))
+    assert set(largest_of([largest, limited])) == {largest, limited}
+
+
+def test_limits_change_no_motion_and_survive_files(tmp_path):
+    plain, limited = cantilever(), cantilever(min_bend_radius=0.1, max_strain=0.01, max_stress=1e8)
+    runs = [lissom.simulate(rod, 0.05, dt=1e-3) for rod in (plain, limited)]
+    assert np.array_equal(runs[0].q, runs[1].q)
+    path = tmp_path / "limited.toml"
+    limited.to_scene().save(path)
+    again = lissom.Scene.load(path).model
+    assert again.segments == limited.segments
+    assert again.segments != plain.segments
+
+
+@pytest.mark.parametrize("limit", ["max_strain", "max_stress"])
+def test_given_sections_have_no_outermost_fibre_to_limit(limit):
+    section = lissom.Section.given((1.0,) * 6, 1.0)
+    with pytest.raises(ValueError, match=f"{limit}.*outermost fibre"):
+        lissom.Segment(1.0, section=section, modes={"bend_y": 2}, **{limit: 1.0})
+    assert (
+        lissom.Segment(1.0, section=section, modes={"bend_y": 2}, min_bend_radius=1.0).min_bend_radius == 1.0
+    )
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("limit", ["min_bend_radius", "max_strain", "max_stress"])
+def test_limits_are_positive(limit, value):
+    with pytest.raises(ValueError, match=limit):
+        cantilever(**{limit: value})
+
+
+def test_the_report_and_the_command_line_name_what_is_exceeded(tmp_path):
+    rod = cantilever(min_bend_radius=1e3)
+    scene = tmp_path / "limited.toml"
+    rod.to_scene().save(scene)
+    result = CliRunner().invoke(
+        cli.commands, ["statics", str(scene), "-o", str(tmp_path / "out")], standalone_mode=False
+    )
+    assert "Beyond its limit: curvature of" in result.output
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "Beyond its limit: curvature of" in report
+    assert ">limit<" in report

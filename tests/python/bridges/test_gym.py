@@ -62,6 +62,29 @@ class Turning(lissom.gym.Task):
         return lissom.gym.Outcome(tips, tips[:, 0])
 
 
+class Antagonists(Turning):
+    """One action for two tendons."""
+
+    action_names = ("bend",)
+
+    def __init__(self):
+        super().__init__()
+        pulls = [
+            lissom.Tendon(name, [lissom.Along(offset=(y, 0))], tension=lissom.Input(name))
+            for name, y in (("left", 0.008), ("right", -0.008))
+        ]
+        soft = self.robot.segments[0]
+        self.robot = lissom.Rod([soft], gravity=(0, 0, 0), actuators=pulls)
+        self.channels = {"height": 1.0, "bend": 1.0}
+
+    def inputs(self, actions):
+        return 1.0 + 3.0 * np.maximum(np.concatenate([actions, -actions], axis=-1), 0.0)
+
+    def outcome(self, states):
+        tips = states.ask(lambda robot, q, v: robot.pose(q)[:, :3, 3])
+        return lissom.gym.Outcome(np.column_stack([tips[:, 1], states.actions[:, 0]]), tips[:, 1])
+
+
 def softer(random):
     """An arm of another material; a module-level function, so that other processes find it by name."""
     return reach.arm(random.uniform(5e5, 9e5), random.uniform(900.0, 1200.0))
@@ -235,6 +258,41 @@ def test_actions_beyond_the_space_count_as_its_ends():
     one, other = (gymnasium.make("lissom/Balance-v0").unwrapped for _ in range(2))
     one.reset(seed=0), other.reset(seed=0)
     assert_same(one.step(np.array([1.0])), other.step(np.array([7.0])))
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_a_task_has_its_own_number_of_actions(many):
+    task = Antagonists()
+    env = lissom.gym.RobotVectorEnv(task, 1) if many else lissom.gym.RobotEnv(task)
+    if not many:
+        check_env(env, skip_render_check=True)
+    shape = (1, 1) if many else (1,)
+    assert env.action_space.shape == shape
+    ends = []
+    for action in (1.0, -1.0):
+        env.reset(seed=0)
+        for _ in range(40):
+            observation, *_ = env.step(np.full(shape, action))
+        height, bend = observation[0] if many else observation
+        assert bend == action
+        ends.append(height)
+    # Tendons on either side: the tip goes to the one that pulls, as far as to the other.
+    assert ends[0] > 0.05
+    assert ends[0] == pytest.approx(-ends[1], abs=0.01)
+    with pytest.raises(ValueError, match=r"action: expected shape \((1, )?1,?\), got \((1, )?2,?\)"):
+        env.step(np.zeros((1, 2) if many else 2))
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_inputs_of_another_shape_are_refused(many):
+    class Wrong(Antagonists):
+        def inputs(self, actions):
+            return actions
+
+    env = lissom.gym.RobotVectorEnv(Wrong(), 1) if many else lissom.gym.RobotEnv(Wrong())
+    env.reset(seed=0)
+    with pytest.raises(ValueError, match=r"Wrong.inputs: expected shape \(1, 2\), .* got \(1, 1\)"):
+        env.step(np.zeros((1, 1) if many else 1))
 
 
 def test_what_is_missing_is_said():

@@ -525,7 +525,7 @@ def test_ctrl_c_while_saving_loses_nothing(command, scene, tmp_path):
 
 def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
     program = "from lissom import cli; from lissom.cli.evidence import lab; import os, signal\n"
-    program += "lab.PARTS['pendulum'] = lambda: os.kill(os.getpid(), signal.SIGINT)\n"
+    program += "lab.PARTS['pendulum'] = lambda setup: os.kill(os.getpid(), signal.SIGINT)\n"
     program += "from lissom.__main__ import main; main()"
     command = [sys.executable, "-c", program, "lab", "-o", "lab"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)

@@ -3,22 +3,35 @@
 import json
 import math
 import sys
+import warnings
+from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pytest
 from tqdm import tqdm
 
+from lissom import cli
 from lissom.cli.evidence import lab
 from lissom.cli.evidence.lab import part, pendulum, rod, roots
+from lissom.cli.evidence.lab.setup import LABS, Setup
+
+NOTEBOOK = Path(__file__).parents[3] / "docs" / "notebooks" / "6-the-lab.ipynb"
 
 
 @pytest.fixture(scope="module")
-def parts():
-    """All parts, with table 1 over 20 s instead of 1000 s, and single time measurements."""
+def quick():
+    """Table 1 over 20 s instead of 1000 s, and single time measurements."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pendulum, "LONG", 20.0)
         patch.setattr(part, "MOST_REPEATS", 1)
-        yield {name: compute() for name, compute in lab.PARTS.items()}
+        yield
+
+
+@pytest.fixture(scope="module")
+def parts(quick):
+    """All parts."""
+    return {name: compute(LABS) for name, compute in lab.PARTS.items()}
 
 
 def test_all_figures_and_tables_are_there(parts):
@@ -100,7 +113,7 @@ def test_the_tip_is_where_others_computed_it(parts):
 
 
 def test_the_folder_is_written(parts, tmp_path, monkeypatch):
-    monkeypatch.setattr(lab, "PARTS", {name: (lambda done=done: done) for name, done in parts.items()})
+    monkeypatch.setattr(lab, "PARTS", {name: (lambda setup, done=done: done) for name, done in parts.items()})
 
     def bar(total, what, unit):
         return tqdm(total=total, desc=what, unit=unit, file=sys.stderr, disable=True)
@@ -108,6 +121,93 @@ def test_the_folder_is_written(parts, tmp_path, monkeypatch):
     done = dict(lab.compute(bar))
     assert lab.write(done, tmp_path) == []
     numbers = (tmp_path / "summary.json").read_text()
-    assert set(json.loads(numbers)) == {"lissom", "roots", "pendulum", "rod"}
+    assert set(json.loads(numbers)) == {"lissom", "setup", "roots", "pendulum", "rod"}
     assert "Infinity" not in numbers, "the report's infinite run time is no JSON"
     assert (tmp_path / "lab.html").stat().st_size < 8e6
+
+
+# Parameters of its students
+
+
+def test_other_parameters_are_used_and_the_reports_run_times_left_out(quick):
+    setup = Setup(start=(3.0, -2.0), dt=4e-3, mass=2.0, angle=0.1, density=3900.0)
+    parts = {name: compute(setup) for name, compute in lab.PARTS.items()}
+    assert {search["start"] for search in parts["roots"].numbers["searches"]} == {3.0, -2.0}
+    rows = parts["pendulum"].numbers["table_1"]
+    assert [(row["step"], row["report_seconds"]) for row in rows] == [(1.0, None)] * 2 + [(4e-3, None)] * 2
+    numbers = parts["rod"].numbers
+    assert all(row["report_seconds"] is None for row in numbers["table_2"] + numbers["table_3"])
+    # Half the weight of the same stiffness: about half the bending, which is far from small.
+    assert 0.5 < numbers["equilibrium"][1] / -0.3585635333 < 0.7
+    # The error of Newmark's method is of order two: from 0.01 s, 6.3e-3 m.
+    assert numbers["tip_error_by_step"]["0.004"] < 3e-3
+    text = lab.page.render(lab.build(list(parts.values()), setup))
+    assert "mass 2 kg (report: 1 kg)" in text
+    assert "independent" not in text
+
+
+def test_another_step_alone_leaves_the_reports_time_of_the_long_step(quick):
+    rows = rod.part(Setup(dt=5e-3)).numbers["table_3"]
+    assert [row["report_seconds"] for row in rows] == [1.6964, None]
+
+
+def test_a_run_that_fails_has_no_error(quick):
+    """A wire of rubber turns by too much in a second."""
+    numbers = rod.part(Setup(young_modulus=1e9)).numbers
+    assert numbers["tip_error_by_step"]["1.0"] is None
+    assert numbers["table_3"][0]["success"] is False
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--dt", "2"], "--dt: expected 0.0001 s or more, and less than the long step of 1 s"),
+        (["--start", "nan"], "--start: expected numbers from -1e+06 to 1e+06, got nan"),
+        (["--start", "1", "--start", "1"], "--start: expected one to 7 different numbers, got 1, 1"),
+        (["--mass", "0"], "--mass: expected a positive number, got 0"),
+        (["--young-modulus", "inf"], "--young-modulus: expected a positive number, got inf"),
+        (["--elongation", "-1"], "--elongation: expected more than -1 m"),
+        (["--retardation-time", "-1"], "--retardation-time: expected zero or more, got -1"),
+    ],
+)
+def test_bad_parameters_are_refused(arguments, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["lab", *arguments])
+    assert ended.value.code == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def notebook():
+    """What the cells of the notebook leave behind."""
+    cells = [cell for cell in json.loads(NOTEBOOK.read_text())["cells"] if cell["cell_type"] == "code"]
+    names = {}
+    with warnings.catch_warnings(), matplotlib.rc_context():
+        matplotlib.use("agg")
+        for cell in cells:
+            # Each figure of the notebook is one of its own, as where cells are shown.
+            exec("".join(cell["source"]), names)
+            matplotlib.pyplot.close("all")
+    return names
+
+
+def test_the_notebook_has_the_numbers_of_the_page(notebook, parts):
+    rods = parts["rod"].numbers
+    np.testing.assert_allclose(notebook["rest"].q, rods["equilibrium"], rtol=1e-12)
+    errors = {str(step): error for step, error in notebook["tip_errors"].items()}
+    assert errors == pytest.approx(rods["tip_error_by_step"], rel=1e-9)
+    assert np.ptp(notebook["wrong"]) == pytest.approx(parts["pendulum"].numbers["energy_change_report"])
+    condition = np.linalg.cond(notebook["masses"])
+    assert [condition.min(), condition.max()] == pytest.approx(rods["mass_condition"])
+    found = [(s.nit, s.status) for s in notebook["searches"].values()]
+    page = parts["roots"].numbers["searches"]
+    assert found == [(search["iterations"], search["status"]) for search in page]
+
+
+def test_the_notebook_has_every_figure_and_table():
+    text = NOTEBOOK.read_text()
+    assert all(f"**Figure {i}.**" in text for i in range(1, 10))
+    assert "**Table 1.**" in text
+    assert "**Tables 2 and 3.**" in text

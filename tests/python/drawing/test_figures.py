@@ -310,3 +310,19 @@ def test_what_cannot_be_drawn(motion, tmp_path):
     oscillator = lissom.newmark(lambda t, q, v, a: a + q, (0, 1), [1.0], [0.0], dt=0.1)
     with pytest.raises(ValueError, match="its model is not known"):
         oscillator.picture(tmp_path / "x.pdf")
+
+
+@pytest.mark.parametrize(("curvature", "factor"), [(0.0, 1), (30.0, 4), (60.0, 8)])
+def test_strongly_bent_rods_have_more_sections(curvature, factor):
+    """A circle of 30 rad/m over 0.3 m turns by 9 rad: 0.375 rad between 24 sections, 0.094 between 96."""
+    segment = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, {"bend_y": 1}, nodes=200)
+    model = lissom.Rod([segment])
+    q = np.array([[curvature]])
+    found, _ = parts(views.view(model), q, 0 * q, np.zeros((1, 0)), np.zeros(1), is_smooth=True)
+    (rod,) = found
+    assert rod.centres.shape[1] == 24 * factor + 1
+    if factor == 4:
+        # Chords of a circle: each is short by the square of half its angle over six.
+        angle = curvature * 0.3 / 96
+        length = np.linalg.norm(np.diff(rod.centres[0], axis=0), axis=1).sum()
+        assert length == pytest.approx(0.3 * np.sin(angle / 2) / (angle / 2), rel=1e-9)

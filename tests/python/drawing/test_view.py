@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 import pytest
+import viser
 
 import lissom
 from lissom.drawing import live, meshes
@@ -792,6 +793,22 @@ def test_what_controls_do():
         assert controls.follow() is None
 
 
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_page_is_dark_or_light_and_has_a_switch_for_it(dark, monkeypatch):
+    shown = []
+    monkeypatch.setattr(
+        viser.GuiApi, "configure_theme", lambda self, *, dark_mode, **more: shown.append(dark_mode)
+    )
+    simulation = lissom.Simulation(FINGER, dt=1e-3)
+    with simulation.view(port=0, paused=True, block=False, dark=dark) as page:
+        assert shown == [dark]
+        page._controls._is_dark.value = not dark
+        until = time.monotonic() + 10.0
+        while len(shown) < 2 and time.monotonic() < until:
+            time.sleep(0.01)
+    assert shown == [dark, not dark]
+
+
 def test_the_page_draws_traces_and_colours():
     simulation = lissom.Simulation(FINGER, dt=1e-3)
     with LiveView(simulation, port=0, speed=1.0, paused=True, ranges=None, title="finger") as page:
@@ -860,6 +877,7 @@ def test_view_of_a_simulation_in_a_thread():
         ({"speed": np.nan}, ValueError, "speed: nan"),
         ({"speed": "fast"}, TypeError, "speed: expected a real number, got str"),
         ({"paused": 1}, TypeError, "paused: expected True or False, got int"),
+        ({"dark": 1}, TypeError, "dark: expected True or False, got int"),
         ({"block": None}, TypeError, "block: a NoneType is not True or False"),
         ({"ranges": {"x": (0, 1)}}, ValueError, "no input 'x'"),
     ],

@@ -397,6 +397,9 @@ RECIPES: dict[str, dict | list[dict]] = {
             "nodes": "16",
             "basis": "'chebyshev'",
             "magnetisation": _a(1e5, 0.0, 0.0),
+            "min_bend_radius": "0.05",
+            "max_strain": "0.1",
+            "max_stress": "1e4",
         },
         {
             "length": "0.2",
@@ -448,6 +451,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "paused": "True",
         "ranges": "{}",
         "block": "False",
+        "dark": "True",
     },
     "Simulations.step": {"self": "v.simulations()", "u": _a(), "duration": "0.01"},
     "Simulations.reset": {

@@ -101,4 +101,4 @@ def test_the_extra_all_has_what_fit_needs():
     assert any(need.startswith("scipy") for need in extras["fit"])
     (everything,) = extras["all"]
     named = set(everything.removeprefix("lissom[").removesuffix("]").split(","))
-    assert named == extras.keys() - {"all", "jax", "torch", "cosseratbench"}
+    assert named == extras.keys() - {"all", "jax", "torch", "learning", "usd", "cosseratbench"}

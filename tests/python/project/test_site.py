@@ -41,6 +41,10 @@ def test_every_scene_is_in_the_gallery():
     text = (DOCS / "gallery.md").read_text()
     scenes = {path.stem for path in (DOCS.parent / "scenes").glob("*.toml")}
     assert set(re.findall(r"^## (.+)$", text, re.M)) == scenes
+    assert set(re.findall(r'class="scene-report" href="reports/(.+?)\.html"', text)) == scenes
+    assert {name.replace("-", "_") for name in re.findall(r"^:link: gallery\.html#(.+)$", text, re.M)} == {
+        name.replace("-", "_") for name in scenes
+    }
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)

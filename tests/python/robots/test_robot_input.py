@@ -6,6 +6,8 @@ import time
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import lissom
 
@@ -223,3 +225,37 @@ def test_thousands_of_links_take_time_in_proportion_to_their_number(parent):
     few = min(seconds(500) for _ in range(3))
     # Eight times as many: 64 times as long in proportion to the square.
     assert seconds(4000) < 24 * few + 0.05
+
+
+def length_of(robot):
+    """What accuracies are relative to, as it is told."""
+    (line,) = [line for line in robot.explain().splitlines() if line.strip().startswith("length ")]
+    return float(line.split()[1])
+
+
+@given(st.integers(1, 6), st.floats(1e-3, 1e3))
+@settings(max_examples=20, deadline=None)
+def test_the_length_of_a_rigid_chain_counts_its_offsets_once(number, metre):
+    """Joints a metre apart, centres in the middle: the last centre is half a metre from the last joint."""
+    half = lissom.Body(1.0, centre=(0, 0, -0.5 * metre))
+    links = [
+        lissom.Link(
+            f"link {i}",
+            parent=f"link {i - 1}" if i else None,
+            position=(0, 0, -metre if i else 0.0),
+            joint=lissom.Revolute((0, 1, 0)),
+            body=half,
+        )
+        for i in range(number)
+    ]
+    assert length_of(lissom.Robot(links)) == pytest.approx((number - 0.5) * metre, rel=1e-3)
+
+
+def test_the_length_of_branches_is_that_of_the_longest_way():
+    segment = lissom.Segment(1.0, 0.01, 1e6, 4e5, 1e3, {"bend_y": 2})
+    stem = lissom.Link("stem", rod=[segment])
+    hand = lissom.Body(0.1, centre=(0.1, 0, 0))
+    for at, offset, right in ((0.3, 0.2, 1.0), (0.3, 0.9, 1.3), (None, 0.2, 1.3)):
+        joint = lissom.Revolute((0, 1, 0))
+        link = lissom.Link("hand", parent="stem", at=at, position=(0, 0, offset), joint=joint, body=hand)
+        assert length_of(lissom.Robot([stem, link])) == pytest.approx(right, rel=1e-3)

@@ -277,6 +277,7 @@ def test_help_shows_the_defaults():
         "reference_strain": (0, 0, 0, 1, 0, 0),
         "shear_correction": 1.0,
         "magnetisation": (0, 0, 0),
+        **dict.fromkeys(("min_bend_radius", "max_strain", "max_stress")),
         "nodes": None,
         "basis": "legendre",
         "base_position": (0, 0, 0),

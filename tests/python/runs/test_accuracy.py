@@ -125,6 +125,34 @@ def test_nodes_are_added_where_the_accuracy_needs_them():
     assert found.balance.drift < 1e-2
 
 
+def test_the_steps_alone_can_be_asked_for():
+    """The same motion without what is estimated of modes and nodes, and without its runs."""
+    calls = []
+
+    def push(t):
+        calls.append(t)
+        return (0.0, 0.0, 0.3 * np.sin(9.0 * t))
+
+    rod = lissom.Rod([wire().segments[0]], loads=[lissom.Load(force=push, at=0.37)])
+    counts, found = [], []
+    for space_error in (True, False):
+        calls.clear()
+        method = lissom.methods.Auto(rtol=1e-4, space_error=space_error)
+        found.append(lissom.simulate(rod, 0.5, method=method))
+        counts.append(len(calls))
+    judged, alone = found
+    assert np.array_equal(judged.q, alone.q)
+    assert judged.stats.time_error == alone.stats.time_error
+    assert judged.stats.space_error > 1e-4
+    assert alone.stats.space_error is None
+    assert "The space error is not estimated." in alone.message
+    assert counts[1] < 0.8 * counts[0]
+    jelly = lissom.Rod([lissom.Segment(1.0, 0.02, 1e4, 4e3, 1e3, {"bend_y": 3}, retardation_time=1e-3)])
+    few = lissom.simulate(jelly, 2.0, method=lissom.methods.Auto(rtol=1e-2, space_error=False))
+    assert few.success
+    assert few.model.nodes == jelly.nodes
+
+
 def test_nodes_that_are_given_stay():
     segment = lissom.Segment(1.0, 0.02, 1e4, 4e3, 1e3, {"bend_y": 3}, retardation_time=1e-3, nodes=12)
     rod = lissom.Rod([segment])

@@ -91,6 +91,9 @@ modes = { torsion = 1, bend_y = 3, bend_z = 1, stretch = 1, shear_y = 1, shear_z
 basis = "chebyshev"
 retardation_time = 0.01
 reference_strain = [0, 1, 0, 1, 0, 0]
+min_bend_radius = 0.05
+max_strain = 0.2
+max_stress = 1e5
 shear_correction = 0.9
 nodes = 16
 [[rod.segment]]
@@ -925,6 +928,11 @@ def meaning(text):
         if field.name not in ("path", "shape")
     ]
     names = [each.name for each in (*loops, *contacts)]
+    rods = model.links if isinstance(model, lissom.Robot) else [model]
+    parts = [
+        part for each in rods for part in getattr(each, "segments", None) or getattr(each, "rod", None) or ()
+    ]
+    names += [str((part.min_bend_radius, part.max_strain, part.max_stress)) for part in parts]
     return scene.name, str(options), str(actuators), names, np.array(numbers).tobytes()
 
 

@@ -31,6 +31,7 @@ def open_view(
     ranges: Mapping[str, Sequence[float]] | None = None,
     title: str = "lissom",
     allow_hosts: Sequence[str] = (),
+    dark: bool = False,
 ) -> LiveView:
     """Create the page of a simulation, initially not running; raises as `Simulation.view` does."""
     if missing("viser"):
@@ -48,7 +49,14 @@ def open_view(
     from .server import LiveView
 
     return LiveView(
-        simulation, port=port, speed=speed, paused=paused, ranges=ranges, title=title, allow_hosts=allow_hosts
+        simulation,
+        port=port,
+        speed=speed,
+        paused=paused,
+        ranges=ranges,
+        title=title,
+        allow_hosts=allow_hosts,
+        dark=flag("dark", dark),
     )
 
 
@@ -59,6 +67,7 @@ def of_scene(
     speed: float = 1.0,
     paused: bool = False,
     allow_hosts: Sequence[str] = (),
+    dark: bool = False,
 ) -> LiveView:
     """Create the page of a scene, initially not running; raises as `Simulation.view` does."""
     return open_view(
@@ -68,6 +77,7 @@ def of_scene(
         paused=paused,
         title=scene.name,
         allow_hosts=allow_hosts,
+        dark=dark,
     )
 
 

@@ -40,7 +40,12 @@ class Controls:
     """
 
     def __init__(
-        self, server: viser.ViserServer, playback: Playback, sliders: Sequence[Slider], shape: Shape
+        self,
+        server: viser.ViserServer,
+        playback: Playback,
+        sliders: Sequence[Slider],
+        shape: Shape,
+        dark: bool = False,
     ) -> None:
         self._server = server
         self._playback = playback
@@ -52,6 +57,7 @@ class Controls:
         self.is_traced = False
         self._shape = shape
         self._of_motion()
+        self._of_page(dark)
         self._scale = self._of_picture()
         self._sliders = [self._of_input(each) for each in self._folder("Inputs", sliders)]
         if sliders:
@@ -96,6 +102,11 @@ class Controls:
             playback.speed = by_name[str(speed.value)]
 
         speed.on_update(self._later(set_speed))
+
+    def _of_page(self, dark: bool) -> None:
+        server = self._server
+        self._is_dark = server.gui.add_checkbox("Dark", dark, hint="Dark page")
+        self._is_dark.on_update(self._later(lambda: show(server, bool(self._is_dark.value))))
 
     def _of_picture(self) -> Any:
         """Controls for the colours of rods and the traces of tips, with the caption of the colours."""
@@ -236,6 +247,11 @@ class Controls:
             if motion.let_go:
                 said = f"Let go: {_plain(motion.let_go)}"
             self._force.content = said
+
+
+def show(server: viser.ViserServer, dark: bool) -> None:
+    """Show the page light or dark, without what leads to other servers."""
+    server.gui.configure_theme(dark_mode=dark, show_logo=False, show_share_button=False)
 
 
 def readout(playback: Playback) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..._lissom import Simulation
 from ..report.layers import Strand, Thing
 from .canvas import Canvas
-from .controls import Controls
+from .controls import Controls, show
 from .gate import quiet, serve
 from .motion import Motion
 from .playback import Playback
@@ -51,6 +51,7 @@ class LiveView:
         ranges: Mapping[str, Sequence[float]] | None,
         title: str,
         allow_hosts: Collection[str] = (),
+        dark: bool = False,
     ) -> None:
         self._motion = motion = Motion(simulation)
         own = sliders(motion, ranges)
@@ -64,11 +65,11 @@ class LiveView:
         self._told = 0.0
         self._pictures = 0
         self._server = serve(HOST, port, title, allow_hosts)
-        self._server.gui.configure_theme(show_logo=False, show_share_button=False)
+        show(self._server, dark)
         self._server.gui.main_panel.dock_right()
         self._canvas = Canvas(self._server, self._shape.stage)
         self._trace = Trace(motion.view)
-        self._controls = Controls(self._server, self._playback, own, self._shape)
+        self._controls = Controls(self._server, self._playback, own, self._shape, dark)
         self._draw()
 
     @property

@@ -35,6 +35,6 @@ pub use basis::{Basis, legendre};
 pub use profile::{MAX_DEGREE, MAX_STATIONS, Parts, Profile, Unsampled};
 pub use quadrature::{Gauss, Integral};
 pub use section::{GivenSection, Section, SectionProperties, Shape, ShearCorrection, diagonal};
-pub use segment::{MAX_MODES, MAX_NODES, MAX_OWN_NODES, Segment, shear_modulus};
+pub use segment::{Allowable, MAX_MODES, MAX_NODES, MAX_OWN_NODES, Segment, shear_modulus};
 pub use stiffness::generalised_stiffness;
 pub use strain::{STRAIGHT, STRAIN_NAMES, STRAINS};

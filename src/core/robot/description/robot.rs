@@ -7,6 +7,7 @@ use super::driven::Driven;
 use super::given::Given;
 use super::link::Link;
 use super::mimic::check_mimics;
+use super::span::size;
 use crate::description::body::Body;
 use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_end;
@@ -236,20 +237,26 @@ impl Robot {
     /// Largest distance of stretched-out links from the world, in metres; if this is zero, the size of what is there: radii of gyration,
     /// balls, tendons; then how far it can go; one if nothing tells any.
     pub fn length(&self) -> f64 {
-        let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
-        let mut reach = Vec::with_capacity(self.links.len());
+        let mut starts: Vec<f64> = Vec::with_capacity(self.links.len());
+        let mut longest = 0.0_f64;
         for link in &self.links {
-            let start = link.parent.map_or(0.0, |parent| reach[parent] + size(link.position));
+            let start = link.parent.map_or(0.0, |parent| starts[parent] + self.way_to(link));
             // A centre that is rounding of whoever computed it says nothing about sizes.
             let of_body = link.body.as_ref().map_or(0.0, |body| {
                 let centre = size(body.centre);
                 if centre > ROUNDING * body.radius_of_gyration() { centre } else { 0.0 }
             });
-            reach.push(start + link.length().max(of_body));
+            starts.push(start);
+            longest = longest.max(start + link.length().max(of_body));
         }
-        let longest = reach.into_iter().fold(0.0, f64::max);
         let known = [longest, self.breadth(), self.travel()].into_iter().find(|length| *length > 0.0);
         known.unwrap_or(1.0)
+    }
+
+    /// Distance from the base of its parent to a link, along the parent's rod, in metres.
+    pub(super) fn way_to(&self, link: &Link) -> f64 {
+        let along = link.parent.map_or(0.0, |parent| link.at.unwrap_or(self.links[parent].length()));
+        along + size(link.position)
     }
 
     /// Size of what does not reach anywhere, in metres: the largest radius of gyration of its bodies, radius of its balls and length
@@ -268,7 +275,6 @@ impl Robot {
     /// How far what has no size can go, in metres: along the straight parts of tendons, to where springs of joints are relaxed or carry
     /// the weight, and between stops.
     fn travel(&self) -> f64 {
-        let size = |v: [f64; 3]| v.into_iter().map(|x| x * x).sum::<f64>().sqrt();
         // Nothing is beside its parent.
         let root = |mut link: usize| {
             while let Some(parent) = self.links[link].parent {

@@ -32,7 +32,7 @@ impl<'a> Spans<'a> {
         let (mut arms, mut moves): (Vec<[f64; 2]>, Vec<bool>) = (Vec::new(), Vec::new());
         for (link, &extent) in robot.links.iter().zip(&extents) {
             let carrier = link.parent.filter(|&parent| moves[parent]);
-            let start = carrier.map_or(0.0, |parent| arms[parent].iter().sum::<f64>() + size(link.position));
+            let start = carrier.map_or(0.0, |parent| arms[parent][0] + robot.way_to(link));
             arms.push([start, extent]);
             moves.push(carrier.is_some() || link.coordinates() > 0 || link.driven.is_some());
         }
@@ -78,6 +78,6 @@ impl<'a> Spans<'a> {
     }
 }
 
-fn size(v: [f64; 3]) -> f64 {
+pub(super) fn size(v: [f64; 3]) -> f64 {
     v.into_iter().map(|x| x * x).sum::<f64>().sqrt()
 }

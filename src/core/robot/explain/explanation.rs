@@ -79,6 +79,12 @@ impl Explanation {
             actuators: costs_of_actuators(robot, of_actuators, cost),
             loops: costs_of_loops(robot, of_loops, cost),
         };
+        let length = significant(facts.length);
+        explanation.add(
+            true,
+            "length",
+            format!("{length} m, to which accuracies on request and warnings are relative"),
+        );
         explanation.kernel(robot, kernel);
         let mut nodes = nodes.iter();
         for link in &robot.links {
@@ -516,6 +522,13 @@ fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) ->
         (name, format!("{residual} of the residual, {tangent} of the Jacobian: {size}"))
     };
     lines.into_iter().map(line).collect()
+}
+
+/// A positive number with four significant digits, without zeros at the end.
+fn significant(x: f64) -> String {
+    let decimals = (3.0 - x.log10().floor()).max(0.0) as usize;
+    let text = format!("{x:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// Non-zero numbers of several kinds: `2 concentrated, 1 spread`.

@@ -54,8 +54,8 @@ def seconds(value: float) -> str:
     return "“infinite”" if math.isinf(value) else quantity(value, "s")
 
 
-def timed_run(beside: float, run: Callable[[], MotionResult]) -> tuple[MotionResult, dict[str, Any]]:
-    """A motion, and its row in a table beside the report's run time."""
+def timed_run(beside: float | None, run: Callable[[], MotionResult]) -> tuple[MotionResult, dict[str, Any]]:
+    """A motion, and its row in a table beside the report's run time, None if it has none."""
     motion, taken = timed(run)
     numbers = {
         "report_seconds": beside,
@@ -76,10 +76,11 @@ NUMERIC = frozenset({"report", "lissom", "faster", "steps"})
 def run_cells(run: dict[str, Any]) -> tuple[str, ...]:
     """Cells of these columns. Runs that did not reach their end have no speed-up."""
     published, found = run["report_seconds"], run["lissom_seconds"]
+    report = "–" if published is None else seconds(published)
     if not run["success"]:
         faster, outcome = "–", f"stopped at {run['reached_seconds']:g} s"
-    elif math.isinf(published):
+    elif published is None or math.isinf(published):
         faster, outcome = "–", "finished"
     else:
         faster, outcome = f"{float(f'{published / found:.2g}'):,.10g} ×", "finished"
-    return (seconds(published), seconds(found), faster, f"{run['steps']:,}", outcome)
+    return (report, seconds(found), faster, f"{run['steps']:,}", outcome)

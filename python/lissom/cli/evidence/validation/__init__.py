@@ -11,7 +11,21 @@ from pathlib import Path
 from ...._lissom import __version__
 from ....results.files import write_report, write_summary
 from ....results.folders import MARK
-from . import buckling, dynamics, frame, frequencies, peers, rotation, statics, supports
+from . import (
+    beams,
+    buckling,
+    dynamics,
+    frame,
+    frequencies,
+    lines,
+    paths,
+    peers,
+    rotation,
+    rotor,
+    statics,
+    supports,
+    turbine,
+)
 from .case import Case, Outcome, run
 
 __all__ = ["CASES", "Case", "Outcome", "run", "run_all", "write"]
@@ -21,9 +35,14 @@ CASES: tuple[Case, ...] = (
     *statics.CASES,
     *buckling.CASES,
     *supports.CASES,
+    *lines.CASES,
+    *beams.CASES,
+    *paths.CASES,
     *frequencies.CASES,
     *dynamics.CASES,
     *rotation.CASES,
+    *rotor.CASES,
+    *turbine.CASES,
     *frame.CASES,
     *peers.CASES,
 )

@@ -92,6 +92,8 @@ class Case:
     scale: float | None = None
     #: Package without which the case is skipped.
     needs: Package | None = None
+    #: Errors of other codes in this case, as their authors published them.
+    others: str = ""
 
 
 @dataclass(frozen=True)
@@ -128,6 +130,7 @@ class Outcome:
             "case": case.name,
             "theme": case.theme,
             "source": case.source,
+            "others": case.others,
             "origin": case.origin,
             "quantity": case.quantity,
             "wanted": self.wanted.tolist(),

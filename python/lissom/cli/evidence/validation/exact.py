@@ -323,7 +323,7 @@ def planar_rod(
     ``bending`` stiffness and ``weight`` per length are functions of X; the weight acts along -z. ``force``
     (x, z) acts at the tip, in the axes of the tip if it ``follows``.
     """
-    nodes, derivative = _chebyshev(degree)
+    nodes, derivative = chebyshev(degree)
     X = 0.5 * length * (1.0 + nodes)
     D = derivative * 2.0 / length
     # Antiderivative that vanishes at the base: inverse of D without the row and column of the base.
@@ -390,7 +390,7 @@ def interpolated(X: Array, values: Array, at: float) -> float:
     return float(shares @ values / shares.sum())
 
 
-def _chebyshev(degree: int) -> tuple[Array, Array]:
+def chebyshev(degree: int) -> tuple[Array, Array]:
     """Extreme points of a Chebyshev polynomial from -1 to 1, and the differentiation matrix.
 
     Trefethen (2000), Spectral Methods in MATLAB, chapter 6.

@@ -86,6 +86,7 @@ def _section(outcome: Outcome) -> page.Section:
     error, tolerance, time = _measures(outcome)
     caption = (
         f"Values: {case.quantity}. Source: {table.source(case)}. "
+        f"{f'Others: {case.others}. ' if case.others else ''}"
         f"Error {error}, tolerance {tolerance}, time {time}."
     )
     parts.append(page.Table(columns, rows, NUMERIC, caption))

@@ -157,6 +157,46 @@ def flapping() -> Answer:
     )
 
 
+# Whirl of a turning shaft
+
+#: Speeds of rotation in units of the first frequency: below it and far above it.
+WHIRLS = (0.5, 3.0)
+THIN, WHIRL_COUNT = 1e-4, 4
+
+
+def wanted_whirls() -> Array:
+    """The plane waves of a round shaft at rest, seen from the turning base: sums and differences."""
+    plane = exact.cantilever_roots(2) ** 2
+    found = []
+    for ratio in WHIRLS:
+        speed = ratio * plane[0]
+        found.append(np.sort(np.abs([plane - speed, plane + speed]).ravel()))
+    return np.concatenate(found)
+
+
+def whirls() -> Answer:
+    """Frequencies of a slender round cantilever that turns about its axis."""
+    unit = np.sqrt(1e9 * THIN**2 / (4.0 * DENSITY))
+    found = []
+    for ratio in WHIRLS:
+        speed = ratio * exact.cantilever_roots(1)[0] ** 2 * unit
+        turning = BaseMotion(axis=(1, 0, 0), angle=Harmonic(rate=speed))
+        segment = Segment(LENGTH, THIN, 1e9, 4e8, DENSITY, {"bend_y": 8, "bend_z": 8})
+        rod = Rod([segment], gravity=WEIGHTLESS, base_motion=turning)
+        found.append(modes(rod, np.zeros(rod.n)).angular_frequency[:WHIRL_COUNT] / unit)
+    number = np.arange(1, WHIRL_COUNT + 1)
+
+    def plot() -> Plot:
+        wanted = wanted_whirls().reshape(len(WHIRLS), -1)
+        curves = []
+        for ratio, by_lissom, exact_ones in zip(WHIRLS, found, wanted, strict=True):
+            curves.append(Curve(f"lissom, {ratio:g} ω₁", number, by_lissom))
+            curves.append(Curve(f"exact, {ratio:g} ω₁", number, exact_ones, joined=False))
+        return Plot("mode", "frequency × L² √(ρA / EI)", curves)
+
+    return Answer(np.concatenate(found), plot)
+
+
 CASES = (
     Case(
         "Spin-up, largest lag",
@@ -191,5 +231,18 @@ CASES = (
         wanted_flapping,
         flapping,
         5e-6,
+    ),
+    Case(
+        "Shaft, whirling",
+        THEME,
+        "A slender round cantilever that turns about its own axis, at half and at three times its first "
+        "frequency: "
+        "seen from the base, its vibrations are faster and slower by the speed, by Coriolis forces.",
+        "Euler-Bernoulli theory at rest, in turning axes",
+        "exact",
+        "first four frequencies × L² √(ρA / EI) at each speed",
+        wanted_whirls,
+        whirls,
+        1e-5,
     ),
 )

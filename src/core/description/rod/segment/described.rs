@@ -1,6 +1,6 @@
 //! Segments as users describe them.
 
-use super::{Segment as Resolved, shear_modulus as shear_modulus_of};
+use super::{Allowable, Segment as Resolved, shear_modulus as shear_modulus_of};
 use crate::description::rod::basis::Basis;
 use crate::description::rod::profile::{Profile, Size};
 use crate::description::rod::section;
@@ -176,6 +176,18 @@ pub struct Segment {
     /// of the unstretched section, in the field and beside the magnets of a `Robot`.
     #[part(unit = "A/m", default = Profile::from([0.0; 3]))]
     pub magnetisation: Profile<3>,
+    /// Smallest radius to which the axis may be bent, as data sheets of cables and hoses state it. It changes no
+    /// motion; reports and `peaks` of results say where it is exceeded.
+    #[part(unit = "metres", positive)]
+    pub min_bend_radius: Option<f64>,
+    /// Largest allowable strain along the rod in the outermost fibre, as `min_bend_radius` for reports alone. Not for a section
+    /// of kind 'given'.
+    #[part(positive)]
+    pub max_strain: Option<f64>,
+    /// Largest allowable stress along the rod in the outermost fibre, as `min_bend_radius` for reports alone. Not for a section
+    /// of kind 'given'.
+    #[part(unit = "pascals", positive)]
+    pub max_stress: Option<f64>,
 }
 
 impl Segment {
@@ -220,6 +232,9 @@ impl Segment {
             let is_magnetic = self.magnetisation.constant() != Some([0.0; 3]);
             let magnetisation = Some(self.magnetisation.write()).filter(|_| is_magnetic);
             reader.check_unused("magnetisation", magnetisation, "a given section has no area");
+            for (key, limit) in [("max_strain", self.max_strain), ("max_stress", self.max_stress)] {
+                reader.check_unused(key, limit, "a given section has no outermost fibre");
+            }
         } else {
             let expected = "a number, unless the section is given";
             self.check_there(reader, "young_modulus", young_modulus.is_some(), expected);
@@ -288,6 +303,11 @@ impl Segment {
             magnetisation: self.magnetisation.clone(),
             shear_correction: if is_given { 1.0.into() } else { self.shear_correction },
             nodes: self.nodes,
+            allowable: Allowable {
+                bend_radius: self.min_bend_radius,
+                strain: self.max_strain,
+                stress: self.max_stress,
+            },
         }
     }
 
@@ -326,6 +346,9 @@ impl Resolved {
             section: Some(self.section.described(self.length)),
             poisson_ratio: self.given_poisson_ratio,
             magnetisation: self.magnetisation.clone(),
+            min_bend_radius: self.allowable.bend_radius,
+            max_strain: self.allowable.strain,
+            max_stress: self.allowable.stress,
         };
         described.complete();
         described

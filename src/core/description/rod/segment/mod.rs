@@ -19,6 +19,17 @@ pub const MAX_NODES: usize = 256;
 /// long tables. An evaluation costs the square of the number, a million multiplications.
 pub const MAX_OWN_NODES: usize = 1024;
 
+/// What a segment bears, for reports: no force and no motion depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Allowable {
+    /// Smallest radius of bending of the axis, in metres.
+    pub bend_radius: Option<f64>,
+    /// Largest strain along the rod in the outermost fibre.
+    pub strain: Option<f64>,
+    /// Largest stress along the rod in the outermost fibre, in pascals.
+    pub stress: Option<f64>,
+}
+
 /// A piece of rod with one kind of section.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
@@ -53,6 +64,8 @@ pub struct Segment {
     /// Number of quadrature nodes, rounded up to a multiple of four; `None` uses the number that the modes
     /// need for bends up to about half a turn (`docs/rod.md`).
     pub nodes: Option<usize>,
+    /// What it bears.
+    pub allowable: Allowable,
 }
 
 impl Segment {
@@ -77,6 +90,7 @@ impl Segment {
             magnetisation: [0.0; 3].into(),
             shear_correction: 1.0.into(),
             nodes: None,
+            allowable: Allowable::default(),
         }
     }
 
