@@ -192,8 +192,7 @@ impl<'a> FlowMeter<'a> {
         [q0, v0]: [&[f64]; 2],
         t_eval: Option<&'a [f64]>,
     ) -> Option<Self> {
-        // Methods that stop at impacts tell what is lost there.
-        let has_impacts = rule == Rule::Quintic && model.facts().is_one_sided;
+        let has_impacts = model.facts().is_one_sided;
         let (is_damped, is_driven) = (model.facts().is_damped || has_impacts, model.facts().is_driven);
         if !is_damped && !is_driven {
             return None;

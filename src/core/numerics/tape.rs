@@ -29,11 +29,16 @@ impl<'a> Tape<'a> {
         matches!(self.0, Mode::Reading { .. })
     }
 
+    /// True if all numbers were read.
+    pub fn is_over(&self) -> bool {
+        matches!(&self.0, Mode::Reading { rest: [], .. })
+    }
+
     /// False if too few or too many numbers were read, or a number outside the allowed values.
     pub fn is_right(&self) -> bool {
         match &self.0 {
             Mode::Writing(_) => true,
-            Mode::Reading { rest, is_right } => *is_right && rest.is_empty(),
+            Mode::Reading { is_right, .. } => *is_right && self.is_over(),
         }
     }
 

@@ -10,9 +10,9 @@ use crate::model::{
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
 
-/// Steps without memory after one in which a slack tendon has become taut: the first of them loses the velocity with which it
-/// came to the end, and its acceleration is that of a jump.
-pub(super) const STEPS_AFTER_STOP: usize = 2;
+/// Steps without memory after one over which a slack tendon has become taut, unless velocities are fitted to it: the first of them
+/// loses the velocity with which it came to the end, and its acceleration is that of a jump.
+const STEPS_AFTER_STOP: usize = 2;
 
 /// Accelerations that change in a step by more than this part of the largest kinetic energy, as that of the velocity they gain in it, are those
 /// of vibrations that it does not resolve.
@@ -24,8 +24,8 @@ pub(crate) enum Diagnosis {
     /// Surfaces or stops act within it, unseen at its ends: bodies that are thrown against a ceiling (`test_contact_passing`), joints
     /// that swing beyond a stop and back (`test_stops`).
     Missed,
-    /// It does not see an impact rise and fall, which its energy may tell alone, or a tendon becomes taut in it
-    /// (`test_what_meets_within_a_step_does_not_rebound`, `test_stiff_boxes_do_not_gain_energy`, `test_inextensible`).
+    /// It does not see an impact rise and fall, which its energy may tell alone
+    /// (`test_what_meets_within_a_step_does_not_rebound`, `test_stiff_boxes_do_not_gain_energy`).
     Unresolved,
     /// Its end means nothing: surfaces have sunk into each other (`test_contact_hard`), or rotations are too large to be followed
     /// (`test_what_spins_freely_is_followed`).
@@ -94,8 +94,6 @@ pub(crate) struct Unilateral {
     pub(super) will_touch: bool,
     /// Whether they touched in any state that was tried for it.
     pub(crate) has_touched: bool,
-    /// Whether a constraint that holds one way only has stopped something in it.
-    pub(crate) has_stopped: bool,
     pub(super) impacts: Impacts,
     /// How the last step sees its impacts, unless it is one without memory.
     resolution: Resolution,
@@ -184,22 +182,19 @@ impl Unilateral {
         have_passed(model, ends.way(&self.place), Radius::Larger)
     }
 
-    /// Whether an impact in the step is too hard for it, or a tendon has stopped something.
+    /// Whether an impact in the step is too hard for it.
     pub(super) fn is_unresolved<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
     ) -> Result<bool, Interrupted> {
-        let has_stopped = self.has_stopped;
         if !model.facts().has_contact {
-            return Ok(has_stopped);
+            return Ok(false);
         }
         let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
         self.resolution = model.resolution(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
         self.will_touch = model.is_touched();
-        Ok(has_stopped
-            || self.resolution == Resolution::Unresolved
-            || self.gains_energy(model, ends, Beside::Motion)?)
+        Ok(self.resolution == Resolution::Unresolved || self.gains_energy(model, ends, Beside::Motion)?)
     }
 
     /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the step gain energy:
@@ -260,6 +255,16 @@ impl Unilateral {
         }
         self.holding = after.filter(|_| self.will_touch);
         Ok(())
+    }
+
+    /// A slack tendon becomes taut over the next step, which is without memory, as those after it.
+    pub(crate) fn stop(&mut self) {
+        self.unsettled = STEPS_AFTER_STOP + 1;
+    }
+
+    /// Velocities are fitted to what is taut: only an impact of surfaces may have left something.
+    pub(crate) fn go_on(&mut self, has_contact: bool) {
+        self.unsettled = self.unsettled.min(usize::from(has_contact));
     }
 
     /// What acts has jumped, or velocities have.

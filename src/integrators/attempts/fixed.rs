@@ -1,6 +1,6 @@
 //! Steps of fixed size.
 
-use super::diagnosis::{Diagnosis, Kind, STEPS_AFTER_STOP};
+use super::diagnosis::{Diagnosis, Kind};
 use super::{Ends, Stepper, Unilateral};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
@@ -63,7 +63,7 @@ struct Ladder<'a, T, S: ?Sized> {
 }
 
 impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
-    /// A step at whose end surfaces may have met, or slack tendons become taut.
+    /// A step at whose end surfaces may have met.
     fn step(&mut self, t_new: f64, h: f64) -> Solved {
         // 1. As it is. Where it does not see an impact rise and fall, its end is stiff and its beginning is not: what the scheme
         // remembers of the accelerations would throw the surfaces apart faster than they came (Acary 2015).
@@ -81,7 +81,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         }
         self.unilateral().forget();
         // 2. Without memory, as the next one then: what meets in it does not rebound
-        // (`test_what_meets_within_a_step_does_not_rebound`, `test_inextensible`).
+        // (`test_what_meets_within_a_step_does_not_rebound`).
         if self.part(t_new, h, Memory::Dropped)?.is_ok() {
             return Ok(Ok(()));
         }
@@ -153,8 +153,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         let (ends, unilateral) = self.stepper.tried();
         let model = model_of(self.system);
         unilateral.unsettled = match unilateral.is_unresolved(model, &ends)? {
-            true if unilateral.has_stopped => STEPS_AFTER_STOP,
-            true => 1,
+            true => unilateral.unsettled.saturating_sub(1).max(1),
             false => unilateral.unsettled.saturating_sub(1),
         };
         if model.is_touched() {

@@ -44,3 +44,4 @@ pub use stepper::Stepper;
 
 pub(crate) use linear_system::LinearSystem;
 pub(crate) use scheme::{Step, memory};
+pub(crate) use stepper::Lengths;

@@ -191,6 +191,10 @@ impl Arguments<'_> {
         }
         let times = match (t_eval, method) {
             (Some(times), _) => Some(times.to_vec()),
+            // Steps of fixed size also end where tendons become slack or taut.
+            (None, method) if method.fixed_step().is_some() && model.facts().is_one_sided => {
+                times_of_run(n, t_span, method, None, control_step, &|cell| model.corner(cell))?
+            }
             (None, method) if method.returns_steps() => None,
             (None, _) => Some(grid(n, t_span, method.dt())?),
         };

@@ -10,7 +10,7 @@ use crate::numerics::roots::bracket::{Point, find_zero};
 use crate::numerics::tape::Tape;
 
 /// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
-/// in long steps, and their looks need no tensions.
+/// in long steps, and their looks need no tensions. Steps of fixed size follow what is smooth by their ends.
 const LOOKS: usize = 4;
 const LOOKS_WITHOUT_TENSION: usize = 16;
 
@@ -28,9 +28,10 @@ const MOST_CORRECTIONS: usize = 8;
 
 /// If a taut tendon misses its length by more than this within a step, in the same units, the step
 /// is too long for the prescribed length.
-const ASTRAY: f64 = 1e-3;
+pub(super) const ASTRAY: f64 = 1e-3;
 
-/// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, are chattering.
+/// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, or within a step of fixed size, are
+/// chattering.
 const QUICK: f64 = 1e-6;
 const MOST_QUICK: usize = 100;
 
@@ -66,12 +67,17 @@ pub(super) struct Changes {
     pub(super) has_begun: bool,
     /// Set if the active set changes at the current state; the constraint inside, if any, is released.
     pub(super) due: Option<Option<usize>>,
+    /// Set if lengths jump over the next step of fixed size, or did over the last one.
+    pub(super) jumps: bool,
+    pub(super) has_jumped: bool,
+    /// How far a tendon was longer than its length at the end of such a step at most, in units of the length of what it joins, and when.
+    pub(super) missed: Option<(f64, f64)>,
     /// Energy lost in changes and work done in them since they were last taken.
     pub(super) flow: Option<[f64; 2]>,
     /// Time of the last change, and the number of quick changes in a row.
     last: f64,
     quick: usize,
-    largest_tension: f64,
+    pub(super) largest_tension: f64,
 }
 
 /// How close the constraints are to a change at a given time.
@@ -96,6 +102,9 @@ impl Changes {
             t_span,
             has_begun: false,
             due: None,
+            jumps: false,
+            has_jumped: false,
+            missed: None,
             flow: None,
             last: f64::NEG_INFINITY,
             quick: 0,
@@ -103,30 +112,37 @@ impl Changes {
         }
     }
 
-    /// Records a change. Returns false if the constraints chatter.
-    pub(super) fn count(&mut self, t: f64, flow: [f64; 2]) -> bool {
+    /// Records a change, between steps of a fixed size if one is given. Returns false if the constraints chatter.
+    pub(super) fn count(&mut self, t: f64, flow: [f64; 2], step: Option<f64>) -> bool {
         let (from, to) = self.t_span;
-        let is_quick = t - self.last <= QUICK * (to - from);
+        let is_quick = t - self.last <= step.unwrap_or(QUICK * (to - from));
         self.quick = if is_quick { self.quick + 1 } else { 0 };
         self.last = t;
-        let before = self.flow.unwrap_or_default();
-        self.flow = Some([before[0] + flow[0], before[1] + flow[1]]);
+        self.add_flow(flow);
         self.quick <= MOST_QUICK
     }
 
-    /// Examines a state of the last step. Allocates.
+    /// Adds energy lost and work done.
+    pub(super) fn add_flow(&mut self, [lost, work]: [f64; 2]) {
+        let before = self.flow.unwrap_or_default();
+        self.flow = Some([before[0] + lost, before[1] + work]);
+    }
+
+    /// Examines a state of the last step, by the multipliers of what holds where they are known. Allocates.
     pub(super) fn look(
         &mut self,
         model: &mut dyn Static,
         t: f64,
         [q, v]: [&[f64]; 2],
+        known: Option<Vec<f64>>,
     ) -> Result<Look, Interrupted> {
         model.set_time(t)?;
         let (passed, mut held) = (model.passed(q, v), model.held());
         let first = held.len() - passed.len();
         held.drain(..first);
-        let (mut multipliers, sizes) = (vec![0.0; first + passed.len()], model.facts().gap_sizes.clone());
-        if held.contains(&true) {
+        let (is_known, sizes) = (known.is_some(), model.facts().gap_sizes.clone());
+        let mut multipliers = known.unwrap_or_else(|| vec![0.0; sizes.len()]);
+        if !is_known && held.contains(&true) {
             // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
         }
@@ -162,6 +178,16 @@ impl Changes {
             model.keep_held(true);
         }
     }
+
+    /// What steps of fixed size know of lengths that jump.
+    pub(super) fn serialise_jumps(&mut self, tape: &mut Tape<'_>) {
+        tape.flag(&mut self.jumps);
+        tape.flag(&mut self.has_jumped);
+        tape.optional(&mut self.missed, (0.0, 0.0), |tape, (by, t)| {
+            tape.number(by);
+            tape.number(t);
+        });
+    }
 }
 
 /// Judges a step between two times of an interval that ends at `t_end`. `planned` is the event at which the step was
@@ -169,10 +195,11 @@ impl Changes {
 pub(super) fn judge(
     [t_old, t]: [f64; 2],
     t_end: f64,
+    is_fixed: bool,
     planned: Option<(Event, usize)>,
     look: &mut Looks<'_>,
 ) -> Result<Verdict, Interrupted> {
-    let (found, end) = search([t_old, t], look)?;
+    let (found, end) = search([t_old, t], is_fixed, look)?;
     let (planned, corrections) = planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
     let planned = planned.filter(|event| event.t == t);
     let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
@@ -204,13 +231,21 @@ pub(super) fn judge(
 }
 
 /// The first event in a step, and the constraints at its end.
-fn search([t_old, t]: [f64; 2], look: &mut Looks<'_>) -> Result<(Option<Event>, Look), Interrupted> {
+fn search(
+    [t_old, t]: [f64; 2],
+    is_fixed: bool,
+    look: &mut Looks<'_>,
+) -> Result<(Option<Event>, Look), Interrupted> {
     let mut before = look(t_old)?;
     if before.nearest.value > 0.0 {
         let event = before.event();
         return Ok((Some(event), before));
     }
-    let looks = if before.held.contains(&true) { LOOKS } else { LOOKS_WITHOUT_TENSION };
+    let looks = match before.held.contains(&true) {
+        _ if is_fixed => 1,
+        true => LOOKS,
+        false => LOOKS_WITHOUT_TENSION,
+    };
     for k in 1..=looks {
         let time = if k == looks { t } else { t_old + (t - t_old) * (k as f64 / looks as f64) };
         let mut after = look(time)?;
@@ -289,7 +324,7 @@ mod tests {
             let passed = vec![excess(t)];
             Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed, &[1.0]))
         };
-        judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+        judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
     }
 
     #[test]
@@ -322,7 +357,7 @@ mod tests {
     fn steps_end_where_a_taut_tendon_would_push() {
         let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
             let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
-            judge(times, 10.0, planned, &mut look).expect("nothing interrupts it")
+            judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
         };
         assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);
         let Verdict::EndAt(event) = judge_taut(0.0, [0.0, 3.0], None) else { panic!("it would push") };
@@ -337,8 +372,8 @@ mod tests {
     #[test]
     fn changes_that_follow_each_other_quickly_are_a_chatter_and_others_are_not() {
         let mut changes = Changes::new((0.0, 1.0));
-        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2])));
-        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0])).count();
+        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2], None)));
+        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0], None)).count();
         assert_eq!(quick, MOST_QUICK + 1);
     }
 }

@@ -28,6 +28,9 @@ const ROUNDING: f64 = 1e-9;
 /// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings.
 const ROUNDING_OF_PLACES: f64 = 1e-12;
 
+/// Changes by more than this factor of the largest kinetic energy are told in joules.
+const FAR_MORE: f64 = 100.0;
+
 /// Velocities of a part that have changed by less than this are those of a uniform motion: it exchanges no energy, whatever it has.
 const UNIFORM: f64 = 1e-6;
 
@@ -200,18 +203,17 @@ impl EnergyWatch {
         let of_weight = ROUNDING * (largest.gravitational + largest.loads + of_all);
         let hidden = (AT_REST * largest.elastic).max(of_weight);
         let exceeds = |change: f64, part: f64| change > (part * largest.kinetic).max(hidden);
-        let percent = |change: f64| 100.0 * change / largest.kinetic;
+        let share = |change: f64| match change < FAR_MORE * largest.kinetic {
+            true => format!("{:.1} % of the largest kinetic energy", 100.0 * change / largest.kinetic),
+            false => format!("{change:.1e} J, far more than the largest kinetic energy"),
+        };
         let found = if exceeds(gain, GAIN) || exceeds(rise, RISE) {
             format!(
-                "Between t = {from:.3} s and {to:.3} s the energy rises by {:.1} % of the largest kinetic energy, though nothing \
-                 supplies any",
-                percent(rise)
+                "Between t = {from:.3} s and {to:.3} s the energy rises by {}, though nothing supplies any",
+                share(rise)
             )
         } else if keeps_energy && exceeds(loss, LOSS) {
-            format!(
-                "Until t = {at:.3} s the energy falls by {:.1} % of the largest kinetic energy, though nothing dissipates any",
-                percent(loss)
-            )
+            format!("Until t = {at:.3} s the energy falls by {}, though nothing dissipates any", share(loss))
         } else {
             return None;
         };

@@ -7,6 +7,7 @@ use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::integrators::attempts::Remedy;
 use crate::integrators::newmark;
+use crate::integrators::newmark::Lengths;
 use crate::integrators::ode;
 use crate::integrators::ode::FirstOrder;
 use crate::integrators::radau;
@@ -20,9 +21,21 @@ use crate::simulation::balance::State;
 
 #[derive(Clone, Debug)]
 pub(super) enum Integrator<M> {
-    Newmark { model: M, stepper: Box<newmark::Stepper> },
-    Radau { model: M, stepper: Box<radau::Stepper> },
-    FirstOrder { system: Box<FirstOrder<M>>, stepper: Box<ode::Stepper>, n: usize },
+    /// With the stepper before the last step where that may be taken back.
+    Newmark {
+        model: M,
+        stepper: Box<newmark::Stepper>,
+        before: Option<Box<newmark::Stepper>>,
+    },
+    Radau {
+        model: M,
+        stepper: Box<radau::Stepper>,
+    },
+    FirstOrder {
+        system: Box<FirstOrder<M>>,
+        stepper: Box<ode::Stepper>,
+        n: usize,
+    },
 }
 
 impl<M: Model> Integrator<M> {
@@ -40,14 +53,9 @@ impl<M: Model> Integrator<M> {
                 if model.facts().constraints() > 0 {
                     check_holding(options)?;
                 }
-                if model.facts().is_one_sided && options.step_size != newmark::StepSize::Fixed {
-                    let expected = "steps of one size, method \"radau\" or \"auto\", or tendons with a `stiffness`: this error estimate does not see \
-                                    tendons that become taut";
-                    return Err(InvalidInput::new("adaptive", "True", expected));
-                }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
-                Self::Newmark { model, stepper: Box::new(stepper) }
+                Self::Newmark { model, stepper: Box::new(stepper), before: None }
             }
             Method::Radau { options, .. } => {
                 radau::check_memory(&mut model)?;
@@ -73,16 +81,23 @@ impl<M: Model> Integrator<M> {
     /// Finds the accelerations at the start; `Some(status)` where there are none.
     pub(super) fn start(&mut self) -> Result<Option<Status>, Interrupted> {
         match self {
-            Self::Newmark { model, stepper } => of_second_order(stepper.start(model)),
+            Self::Newmark { model, stepper, .. } => of_second_order(stepper.start(model)),
             Self::Radau { model, stepper } => of_second_order(stepper.start(model)),
             Self::FirstOrder { system, stepper, .. } => stepper.start(&mut **system).map(|()| None),
         }
     }
 
-    /// Makes one accepted step; `Some(status)` where the way is over.
-    pub(super) fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+    /// Makes one accepted step; `Some(status)` where the way is over. Lengths of tendons that do not stretch are smooth but over steps of fixed
+    /// size.
+    pub(super) fn step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
         match self {
-            Self::Newmark { model, stepper } => of_second_order(stepper.step(model)),
+            Self::Newmark { model, stepper, before } => {
+                if model.facts().is_one_sided {
+                    *before = Some(stepper.clone());
+                    stepper.expect(lengths);
+                }
+                of_second_order(stepper.step(model))
+            }
             Self::Radau { model, stepper } => of_second_order(stepper.step(model)),
             Self::FirstOrder { system, stepper, .. } => {
                 stepper.step(&mut **system).map(|status| status.map(Status::FirstOrder))
@@ -109,7 +124,7 @@ impl<M: Model> Integrator<M> {
         &mut self,
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
-        let Self::Newmark { model, stepper } = self else { return Ok(None) };
+        let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
         // Where hardly anything approaches, steps lose the energy of what slides and sticks.
         let may_matter = Resolving::matters(stepper.stopped()) || stepper.unilateral_mut().is_coarse();
         let matters = resolving.goes_on() || may_matter && Resolving::matters(approaching(model, stepper)?);
@@ -137,15 +152,42 @@ impl<M: Model> Integrator<M> {
         Ok(Some(flow))
     }
 
-    /// Whether constraints that hold one way only change between its steps, and not within.
-    pub(super) fn changes_between_steps(&mut self) -> bool {
-        !matches!(self, Self::Newmark { .. }) && self.model().facts().is_one_sided
+    /// Whether its steps are of fixed size: what they were solved with pulls over the whole of each.
+    pub(super) fn pulls(&self) -> Option<&[f64]> {
+        match self {
+            Self::Newmark { stepper, .. } if stepper.fixed_scheme().is_some() => Some(stepper.pulls()),
+            _ => None,
+        }
     }
 
-    /// Takes back the last step.
+    /// What the energies have gained over the last step, of fixed size, and what damping has taken out, in joules.
+    pub(super) fn gain(&mut self) -> Result<[f64; 2], Interrupted> {
+        let Self::Newmark { model, stepper, .. } = self else {
+            unreachable!("other steps end where lengths jump")
+        };
+        let (t, [q, v, _]) = stepper.state();
+        let (t_old, before) = (stepper.t_old(), stepper.before());
+        let (mut gained, mut damped) = (0.0, 0.0);
+        for (t_there, [q, v], sign) in [(t_old, before, -1.0), (t, [q, v], 1.0)] {
+            model.set_time(t_there)?;
+            gained += sign * model.energy(q, v).total();
+            damped += 0.5 * (t - t_old) * model.dissipated_power(q, v);
+        }
+        Ok([gained, damped])
+    }
+
+    /// The multipliers of constraints at an end of the last step, if accelerations there are fitted to them.
+    pub(super) fn multipliers(&self, t: f64) -> Option<Vec<f64>> {
+        let Self::Newmark { stepper, .. } = self else { return None };
+        stepper.multipliers(t).map(<[f64]>::to_vec)
+    }
+
+    /// Takes back the last step; of fixed size also one that could not be made.
     pub(super) fn take_back(&mut self) {
         match self {
-            Self::Newmark { .. } => unreachable!("constraints change within its steps"),
+            Self::Newmark { stepper, before, .. } => {
+                stepper.take_back(*before.take().expect("there is a last step"));
+            }
             Self::Radau { stepper, .. } => stepper.take_back(),
             Self::FirstOrder { stepper, .. } => stepper.take_back(),
         }
@@ -193,10 +235,18 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// Lets steps end there at the latest, within the interval; those of fixed size stay on their grid behind it.
+    pub(super) fn end_at(&mut self, t: f64) {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.end_at(t),
+            _ => self.extend_to(t),
+        }
+    }
+
     /// Goes on in other coordinates where those at hand come near a singularity.
     pub(super) fn shorten_rotation_vectors(&mut self) {
         match self {
-            Self::Newmark { model, stepper } => stepper.shorten_rotation_vectors(model),
+            Self::Newmark { model, stepper, .. } => stepper.shorten_rotation_vectors(model),
             Self::Radau { model, stepper } => stepper.shorten_rotation_vectors(model),
             Self::FirstOrder { system, stepper, .. } => stepper.shorten_rotation_vectors(&mut **system),
         }
@@ -262,7 +312,7 @@ impl<M: Model> Integrator<M> {
     /// What `observe` makes of the model and of its state now.
     pub(super) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
         match self {
-            Self::Newmark { model, stepper } => {
+            Self::Newmark { model, stepper, .. } => {
                 let (t, [q, v, a]) = stepper.state();
                 observe(model, State { t, q, v, a })
             }
@@ -357,7 +407,7 @@ impl<M: Model> Integrator<M> {
     /// This end of a step of the fixed size `dt`, or the corner that it is but for rounding.
     pub(super) fn end_at_corner(&self, end: f64, dt: f64) -> f64 {
         match self {
-            Self::Newmark { model, stepper } if stepper.fixed_scheme().is_some() => {
+            Self::Newmark { model, stepper, .. } if stepper.fixed_scheme().is_some() => {
                 Cell { start: end - dt, t: end - dt, end }.end_at_corner(|cell| model.corner(cell))
             }
             _ => end,
@@ -401,7 +451,7 @@ impl<M: Model> Integrator<M> {
     /// What goes on from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         match self {
-            Self::Newmark { model, stepper } => stepper.serialise(model, tape),
+            Self::Newmark { model, stepper, .. } => stepper.serialise(model, tape),
             Self::Radau { model, stepper } => stepper.serialise(model, tape),
             Self::FirstOrder { stepper, .. } => stepper.serialise(tape),
         }

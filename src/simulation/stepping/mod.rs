@@ -21,6 +21,7 @@
 mod carried;
 mod changes;
 mod energy_watch;
+mod following;
 mod integrator;
 mod method;
 mod resolving;

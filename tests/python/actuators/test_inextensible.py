@@ -277,14 +277,12 @@ def test_a_hoist_follows_its_rope():
     omega = 2 * np.pi * frequency
     robot = bob(lissom.Harmonic(amplitude, frequency, mean=ROPE))
     q0, v0 = place(0.0, -ROPE, 0.0, -amplitude * omega)
-    errors = []
     for dt in (4e-3, 2e-3, 1e-3):
         run = lissom.simulate(robot, 1.0, q0=q0, v0=v0, dt=dt)
         assert run.success, run.message
         length = ROPE + amplitude * np.sin(omega * run.t)
         np.testing.assert_allclose(run.q[:, 2], -length, atol=1e-9)
-        errors.append(np.abs(run.v[:, 2] + amplitude * omega * np.cos(omega * run.t)).max())
-    assert errors[0] / errors[2] > 12.0
+        np.testing.assert_allclose(run.v[:, 2], -amplitude * omega * np.cos(omega * run.t), atol=1e-12)
     tension = robot.actuator_force("rope", run.q[-1], run.v[-1], t=run.t[-1], qdd=run.a[-1])
     acceleration = amplitude * omega**2 * np.sin(omega * run.t[-1])
     assert tension == pytest.approx(MASS * (G + acceleration), rel=1e-3)
@@ -392,12 +390,6 @@ def test_the_modes_of_a_slack_robot_are_those_without_a_tendon():
 def test_what_belongs_to_a_spring_is_refused(changes, words):
     with pytest.raises(ValueError, match=words):
         along(length=0.3, **changes)
-
-
-def test_adaptive_steps_say_what_holds_it():
-    robot = finger([along(length=0.3)])
-    with pytest.raises(ValueError, match="adaptive"):
-        lissom.simulate(robot, 0.1, adaptive=True)
 
 
 def test_lengths_that_cannot_be_are_refused():

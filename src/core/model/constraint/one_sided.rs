@@ -106,10 +106,20 @@ pub struct Changed {
 /// impulses without rebound. `released` is a constraint that is no longer active. Allocates.
 pub fn change(
     model: &mut dyn Static,
-    [q, v]: [&[f64]; 2],
+    state: [&[f64]; 2],
     released: Option<usize>,
 ) -> Result<Changed, Unsettled> {
     model.keep_held(false);
+    let changed = changed(model, state, released);
+    model.keep_held(true);
+    changed
+}
+
+fn changed(
+    model: &mut dyn Static,
+    [q, v]: [&[f64]; 2],
+    released: Option<usize>,
+) -> Result<Changed, Unsettled> {
     let (n, m) = (q.len(), model.facts().constraints());
     let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
     let passed = model.passed(&q, &v);
@@ -151,7 +161,6 @@ pub fn change(
     let work = model.energy(&q, &v).kinetic - before + lost;
     let (accelerations, multipliers) = a.split_at_mut(n);
     saddle::accelerations(model, &q, &v, accelerations, multipliers)?;
-    model.keep_held(true);
     Ok(Changed { q, v, a, flow: [lost, work] })
 }
 

@@ -1,6 +1,6 @@
 //! Projection of states onto constraints.
 
-use super::saddle::MassSaddle;
+use super::saddle::{MassSaddle, accelerations_by};
 use crate::model::{SingularMass, Static};
 
 /// Gaps below this part of the lengths of what constraints join are rounding.
@@ -96,20 +96,31 @@ pub fn fit_velocities<M: Static + ?Sized>(
     q: &[f64],
     v: &mut [f64],
 ) -> Result<Fit, SingularMass> {
+    Ok(fit_by(&MassSaddle::new(model, q)?, model, q, v))
+}
+
+/// The same, with the accelerations of that state and the multipliers of what holds, behind them in `unknowns`. Allocates.
+pub fn fit_motion<M: Static + ?Sized>(
+    model: &mut M,
+    q: &[f64],
+    v: &mut [f64],
+    unknowns: &mut [f64],
+) -> Result<Fit, SingularMass> {
+    let mut saddle = MassSaddle::new(model, q)?;
+    let fit = fit_by(&saddle, model, q, v);
+    let (a, multipliers) = unknowns.split_at_mut(q.len());
+    accelerations_by(&mut saddle, model, [q, v], a, multipliers);
+    Ok(fit)
+}
+
+fn fit_by<M: Static + ?Sized>(saddle: &MassSaddle, model: &mut M, q: &[f64], v: &mut [f64]) -> Fit {
     let mut rates = vec![0.0; model.facts().constraints()];
     model.gap_rates(q, v, &mut rates);
-    let saddle = MassSaddle::new(model, q)?;
     let (step, multipliers) = saddle.closing(&rates);
     v.iter_mut().zip(&step).for_each(|(v, step)| *v -= step);
     // M x = -G^T lambda, and G x are the rates.
     let change = rates.iter().zip(&multipliers).map(|(rate, multiplier)| -rate * multiplier).sum();
     let sizes = &model.facts().typical_coordinates;
     let largest = step.iter().zip(sizes).map(|(step, size)| (step / size).abs()).fold(0.0, f64::max);
-    Ok(Fit {
-        change,
-        largest,
-        rank: saddle.rank(),
-        margin: saddle.margin(),
-        least_motion: saddle.least_motion(),
-    })
+    Fit { change, largest, rank: saddle.rank(), margin: saddle.margin(), least_motion: saddle.least_motion() }
 }

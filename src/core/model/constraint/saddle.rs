@@ -216,6 +216,18 @@ pub fn accelerations<M: Static + ?Sized>(
     a: &mut [f64],
     multipliers: &mut [f64],
 ) -> Result<(), SingularMass> {
+    accelerations_by(&mut MassSaddle::new(model, q)?, model, [q, v], a, multipliers);
+    Ok(())
+}
+
+/// The same by the saddle of the shape.
+pub(super) fn accelerations_by<M: Static + ?Sized>(
+    saddle: &mut MassSaddle,
+    model: &mut M,
+    [q, v]: [&[f64]; 2],
+    a: &mut [f64],
+    multipliers: &mut [f64],
+) {
     a.fill(0.0);
     multipliers.fill(0.0);
     model.set_multipliers(multipliers);
@@ -223,10 +235,9 @@ pub fn accelerations<M: Static + ?Sized>(
     model.inverse_dynamics(q, v, a, &mut force);
     model.gap_accelerations(q, v, a, &mut wanted);
     force.iter_mut().chain(&mut wanted).for_each(|x| *x = -*x);
-    let (found, held) = MassSaddle::new(model, q)?.solve(&force, &wanted);
+    let (found, held) = saddle.solve(&force, &wanted);
     a.copy_from_slice(&found);
     multipliers.copy_from_slice(&held);
-    Ok(())
 }
 
 /// What holds the constraints in a motion: the smallest multipliers with `tau + G^T lambda = 0` in the metric of the mass, or of typical

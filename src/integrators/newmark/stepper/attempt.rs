@@ -5,13 +5,16 @@ use super::super::numbers::Numbers;
 use super::super::options::Predictor;
 use super::super::scheme::{Step, memory, stretch};
 use super::super::trial::Trial;
-use super::{Guess, StepperOf};
+use super::{Guess, Lengths, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Ends, Stepper, Unilateral};
-use crate::integrators::second_order::{Failure, Solved, System, constrained_start, model_at, model_of};
-use crate::model::constraint::one_sided::most_switches;
+use crate::integrators::second_order::{Solved, System, constrained_start, model_at, model_of};
 use crate::model::constraint::projection;
-use crate::model::{Excitation, Model, OneSided, Switch};
+use crate::model::{Excitation, OneSided};
+
+/// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
+/// tendon is told jumps at its end, before which a function's rate tells nothing, or within it.
+const SWIFT: f64 = 10.0;
 
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
@@ -49,13 +52,11 @@ impl<V: Numbers> StepperOf<V> {
         // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
         // velocity would stay.
         let begins_to_hold = self.corrector.rank() > self.rank;
-        if self.changes_size || begins_to_hold {
-            // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
-            // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
-            // (Arnold, Bruels and Cardona 2015).
-            let Trial { t, q, v, a, .. } = &mut self.trial;
-            let model = model_at(system, *t)?;
-            self.forgets |= fit_to_constraints(model, *t, q, v, a, begins_to_hold)? && begins_to_hold;
+        // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
+        // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
+        // (Arnold, Bruels and Cardona 2015). Where tendons become slack or taut is told by velocities that keep their lengths.
+        if self.changes_size || begins_to_hold || self.ends_at_changes() {
+            self.forgets |= self.fit_to_constraints(system, begins_to_hold)? && begins_to_hold;
         }
         Ok(solved)
     }
@@ -98,7 +99,42 @@ impl<V: Numbers> StepperOf<V> {
         if self.lags {
             model_of(system).lag_loads(0.0);
         }
-        solved
+        let solved = solved?;
+        if solved.is_ok() && self.ends_at_changes() {
+            self.fit_to_constraints(system, false)?;
+        }
+        Ok(solved)
+    }
+
+    /// Whether steps end where tendons that do not stretch become slack or taut.
+    fn ends_at_changes(&self) -> bool {
+        self.is_one_sided && self.lengths == Lengths::Smooth
+    }
+
+    /// Changes velocities of the trial by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and
+    /// multipliers to those of that state. Returns whether it could; near singular positions it leaves everything as it
+    /// was, unless it shall `even_singular`. Allocates.
+    fn fit_to_constraints<S: System + ?Sized>(
+        &mut self,
+        system: &mut S,
+        even_singular: bool,
+    ) -> Result<bool, Interrupted> {
+        let Trial { t, q, v, a, .. } = &mut self.trial;
+        // Where a length that is told has a corner, this step fits what is told before.
+        let before = if self.is_one_sided { t.next_down() } else { *t };
+        let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
+        let mut fit = projection::fit_motion(model_at(system, before)?, q, &mut fitted, &mut found);
+        if before != *t && !fit.as_ref().is_ok_and(|fit| fit.largest <= SWIFT) {
+            fitted.copy_from_slice(v);
+            fit = projection::fit_motion(model_at(system, *t)?, q, &mut fitted, &mut found);
+        }
+        let is_regular = fit.is_ok_and(|fit| even_singular || !fit.is_nearly_singular());
+        if !is_regular || !fitted.iter().chain(&found).all(|x| x.is_finite()) {
+            return Ok(false);
+        }
+        v.copy_from_slice(&fitted);
+        a.copy_from_slice(&found);
+        Ok(true)
     }
 
     /// Accelerations of the trial by the loads of its end, where those that led to it are by others.
@@ -143,37 +179,18 @@ impl<V: Numbers> StepperOf<V> {
             }
             Guess::Last | Guess::Extrapolated => self.guessed.copy_from_slice(&self.a),
         }
-        if !V::IS_PLAIN && system.facts().is_one_sided {
-            return self.correct_one_sided(system, h);
+        let n = self.q.len();
+        if !V::IS_PLAIN && self.is_one_sided {
+            // What does not hold keeps the multiplier that it starts from.
+            let guesses = self.guessed[n..].iter_mut().zip(model_of(system).held());
+            guesses.filter(|(_, is_held)| !is_held).for_each(|(guess, _)| *guess = 0.0);
         }
         let Self { corrector, trial, guessed, a, counters, .. } = self;
-        corrector.solve(system, trial, guessed, a, h, counters)
-    }
-
-    /// The same with constraints that hold one way only: those that held at the start of the step, until the end says
-    /// otherwise.
-    fn correct_one_sided<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
-        let Self { a, guessed, trial, corrector, counters, unilateral, .. } = self;
-        let n = self.q.len();
-        model_of(system).release(&a[n..]);
-        unilateral.has_stopped = false;
-        // What does not hold keeps the multiplier that it starts from.
-        for (guess, last) in guessed[n..].iter_mut().zip(&a[n..]) {
-            *guess = if *last == 0.0 { 0.0 } else { *guess };
+        let solved = corrector.solve(system, trial, guessed, a, h, counters);
+        if !V::IS_PLAIN && self.is_one_sided {
+            self.pulls.copy_from_slice(&self.trial.a[n..]);
         }
-        for _ in 0..most_switches(system.facts().constraints()) {
-            if let Err(failure) = corrector.solve(system, trial, guessed, a, h, counters)? {
-                return Ok(Err(failure));
-            }
-            let switch = model_at(system, trial.t)?.switch(&trial.q, &mut trial.a[n..]);
-            if switch == Switch::Nothing {
-                return Ok(Ok(()));
-            }
-            unilateral.has_stopped |= switch == Switch::TakenUp;
-            guessed.copy_from_slice(&trial.a);
-            corrector.forget_jacobian();
-        }
-        Ok(Err(Failure::NotConverged))
+        solved
     }
 
     /// The guess that would have been nearest to the accelerations of the step that ends in the trial.
@@ -243,27 +260,4 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         self.counters.steps += 1;
         Ok(())
     }
-}
-
-/// Changes velocities by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and multipliers,
-/// behind each other in `a`, to those of that state. Returns whether it could; near singular positions it leaves everything as it
-/// was, unless it shall `even_singular`. Allocates.
-fn fit_to_constraints<M: Model + ?Sized>(
-    model: &mut M,
-    t: f64,
-    q: &[f64],
-    v: &mut [f64],
-    a: &mut [f64],
-    even_singular: bool,
-) -> Result<bool, Interrupted> {
-    let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
-    let is_regular = projection::fit_velocities(model, q, &mut fitted).is_ok_and(|fit| {
-        (even_singular || !fit.is_nearly_singular()) && fitted.iter().all(|v| v.is_finite())
-    });
-    if !is_regular || constrained_start(model, t, q, &fitted, &mut found)?.is_err() {
-        return Ok(false);
-    }
-    v.copy_from_slice(&fitted);
-    a.copy_from_slice(&found);
-    Ok(true)
 }

@@ -1,6 +1,6 @@
 //! What a status of an integration means, and what helps.
 
-use super::StepperOf;
+use super::{Lengths, StepperOf};
 use crate::error::Number;
 use crate::integrators::newmark::numbers::Numbers;
 use crate::integrators::second_order::{Failure, Status};
@@ -19,9 +19,9 @@ impl<V: Numbers> StepperOf<V> {
                  `method=\"radau\"` find the step size themselves.",
             );
         }
-        if self.unilateral.has_stopped {
+        if self.is_one_sided && self.lengths != Lengths::Smooth {
             return (
-                ", in which a tendon that does not stretch becomes taut",
+                ", over which lengths of tendons that do not stretch jump",
                 "Take a smaller `dt`, change the tendon's `length` more slowly, or give it a `stiffness`.",
             );
         }
@@ -116,8 +116,10 @@ mod tests {
         assert!(told(&stepper).contains("Loosen `rtol`"));
         stepper.a.push(0.0);
         assert!(told(&stepper).contains("with closed loops or tendons that do not stretch"));
-        stepper.unilateral.has_stopped = true;
-        assert!(told(&stepper).contains("becomes taut; the result ends there. Take a smaller `dt`, change"));
+        (stepper.is_one_sided, stepper.lengths) = (true, Lengths::Jump);
+        assert!(told(&stepper).contains(
+            "lengths of tendons that do not stretch jump; the result ends there. Take a smaller `dt`, change"
+        ));
         stepper.unilateral.has_touched = true;
         assert!(
             told(&stepper)

@@ -1,7 +1,7 @@
 //! Steps of fixed size.
 
 use super::super::numbers::Numbers;
-use super::StepperOf;
+use super::{Lengths, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Fixed, Memory, fixed_step};
 use crate::integrators::second_order::{Counters, Solved, Status, System};
@@ -12,9 +12,12 @@ impl<V: Numbers> StepperOf<V> {
         &mut self,
         system: &mut S,
     ) -> Result<Option<Status>, Interrupted> {
-        let (t_new, h, is_on_grid) = if !V::IS_PLAIN && self.has_corners {
-            let times = (self.t, self.t_end);
-            let corner = |cell| system.model().and_then(|model| model.corner(cell));
+        let (t_new, h, is_on_grid) = if !V::IS_PLAIN && (self.has_corners || self.is_one_sided) {
+            let (times, event) = ((self.t, self.t_end), self.ends_at.take());
+            let corner = |cell| {
+                let corner = system.model().and_then(|model| model.corner(cell));
+                corner.into_iter().chain(event).reduce(f64::min)
+            };
             let step = self.grid.step_to_corner(self.fixed_steps, times, corner);
             self.changes_size = !step.2 || self.t > self.grid.after(0);
             step
@@ -24,6 +27,7 @@ impl<V: Numbers> StepperOf<V> {
         };
         match fixed_step(self, system, t_new, h)? {
             Ok(()) => {
+                self.lengths = Lengths::Smooth;
                 if is_on_grid {
                     self.grid.count();
                 }

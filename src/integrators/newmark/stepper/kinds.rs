@@ -3,9 +3,9 @@
 use super::super::numbers::{Few, Numbers};
 use super::super::options::Options;
 use super::super::scheme::Scheme;
-use super::StepperOf;
+use super::{Lengths, StepperOf};
 use crate::error::{Interrupted, InvalidInput};
-use crate::integrators::attempts::{Remedy, Unilateral};
+use crate::integrators::attempts::{Fixed as _, Remedy, Unilateral};
 use crate::integrators::second_order::{Counters, Status, System};
 use crate::numerics::tape::Tape;
 
@@ -95,6 +95,39 @@ impl Stepper {
     /// where that divides the way.
     pub(crate) fn extend_to(&mut self, t_end: f64) {
         of_kind!(&mut self.0, stepper => stepper.extend_to(t_end));
+    }
+
+    /// Lets the next step end there at the latest, within the one that was made last and taken back, or at the end of the interval.
+    pub(crate) fn end_at(&mut self, t: f64) {
+        of_kind!(&mut self.0, stepper => stepper.end_at(t));
+    }
+
+    /// What lengths of tendons do over the next step of fixed size.
+    pub(crate) fn expect(&mut self, lengths: Lengths) {
+        of_kind!(&mut self.0, stepper => stepper.expect(lengths));
+    }
+
+    /// The multipliers of constraints that the last step was solved with, as means over the step.
+    pub(crate) fn pulls(&self) -> &[f64] {
+        of_kind!(&self.0, stepper => &stepper.pulls)
+    }
+
+    /// The multipliers of constraints at an end of the last step.
+    pub(crate) fn multipliers(&self, t: f64) -> Option<&[f64]> {
+        of_kind!(&self.0, stepper => {
+            let at_end = (t == stepper.t).then_some(&stepper.a);
+            at_end.or_else(|| (t == stepper.t_old).then_some(&stepper.a_old)).map(|a| &a[stepper.q.len()..])
+        })
+    }
+
+    /// Takes back the last step, which began as this one and may have failed, for systems with constraints.
+    pub(crate) fn take_back(&mut self, before: Self) {
+        let (Kind::Any(stepper), Kind::Any(before)) = (&mut self.0, before.0) else {
+            unreachable!("plain steps have no constraints")
+        };
+        stepper.end_parts(before, false);
+        stepper.forget();
+        stepper.counters.rejected += 1;
     }
 
     /// Takes these accelerations for the current ones: what acts has jumped.

@@ -31,6 +31,17 @@ enum Guess {
     Extrapolated,
 }
 
+/// What lengths of tendons that do not stretch do over a step of fixed size. Which of these tendons pull does not change within it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lengths {
+    /// They are continuous, and so are velocities.
+    Smooth,
+    /// They have jumped, and those that are taut follow within the step.
+    Jump,
+    /// The same where slack tendons become taut in it: what moves stops there, without memory.
+    TakenUp,
+}
+
 /// An integration performed step by step, with such numbers for states.
 #[derive(Clone, Debug)]
 struct StepperOf<V> {
@@ -68,6 +79,12 @@ struct StepperOf<V> {
     /// Whether the system has surfaces that may touch, and corners in time: asked once, before the first step.
     has_contact: bool,
     has_corners: bool,
+    /// Whether constraints hold one way only; what lengths do over the next step, and the multipliers that it was solved with.
+    is_one_sided: bool,
+    lengths: Lengths,
+    pulls: Vec<f64>,
+    /// Where the next step of fixed size ends, if that is within one of the grid.
+    ends_at: Option<f64>,
     /// Where steps of fixed size end, and how many of these the way to the end takes.
     grid: Grid,
     fixed_steps: usize,
@@ -129,6 +146,10 @@ impl<V: Numbers> StepperOf<V> {
             lags: false,
             has_contact: false,
             has_corners: false,
+            is_one_sided: false,
+            lengths: Lengths::Smooth,
+            pulls: Vec::new(),
+            ends_at: None,
             unilateral: Unilateral::default(),
             rank: 0,
             started: false,
@@ -178,7 +199,8 @@ impl<V: Numbers> StepperOf<V> {
         self.corrector.prepare(system);
         let facts = system.facts();
         (self.has_contact, self.has_corners) = (facts.has_contact, facts.varies_in_time);
-        self.rank = facts.constraints();
+        (self.is_one_sided, self.rank) = (facts.is_one_sided, facts.constraints());
+        self.pulls.resize(if self.is_one_sided { self.rank } else { 0 }, 0.0);
         let unknowns = self.q.len() + facts.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
             values.lengthen(unknowns);
@@ -233,6 +255,23 @@ impl<V: Numbers> StepperOf<V> {
         }
     }
 
+    /// Lets the next step end there at the latest, within the one that was made last and taken back, or at the end of the interval.
+    fn end_at(&mut self, t: f64) {
+        if self.error_estimate.is_none() {
+            self.ends_at = Some(t).filter(|&t| t < self.t_end);
+        } else {
+            (self.status, self.t_end) = (None, t);
+        }
+    }
+
+    /// What lengths do over the next step.
+    fn expect(&mut self, lengths: Lengths) {
+        self.lengths = lengths;
+        if lengths == Lengths::TakenUp {
+            self.unilateral.stop();
+        }
+    }
+
     /// Takes these accelerations for the current ones: what acts has jumped.
     fn jump(&mut self, a: &[f64]) {
         self.unilateral.forget();
@@ -256,6 +295,12 @@ impl<V: Numbers> StepperOf<V> {
         // The accelerations before say nothing of those after.
         self.h_of_s = 0.0;
         self.corrector.doubt_jacobian();
+        if self.is_one_sided {
+            // Other tendons may be taut, and those have stopped what they stop.
+            self.rank = a.len() - q.len();
+            self.corrector.forget_jacobian();
+            self.unilateral.go_on(self.has_contact);
+        }
     }
 
     fn doubt(&self, remedy: Remedy) -> Option<String> {

@@ -73,10 +73,9 @@ pub struct Tendon {
     /// ``max(0, stiffness * (path - length) + damping * rate of path)``.
     #[part(unit = "metres")]
     pub length: Option<Signal<1>>,
-    /// Stiffness. Without it a tendon of a given length is inextensible; it then has neither damping nor friction, and
-    /// `simulate` takes every method except the Newmark family with adaptive steps. ``"radau"``, ``"auto"`` and the explicit
-    /// methods end a step where the tendon becomes taut or slack, and a run where the length of a taut tendon jumps, as an
-    /// `Input` does that is shortened.
+    /// Stiffness. Without it a tendon of a given length is inextensible; it then has neither damping nor friction. Steps end
+    /// where the tendon becomes taut or slack. Where the length of a taut tendon jumps, as an `Input` does that is shortened,
+    /// steps of fixed size follow, and runs by other methods end.
     #[part(unit = "newtons per metre", positive)]
     pub stiffness: Option<f64>,
     /// Damping of a tendon with a stiffness.

@@ -1,7 +1,9 @@
 //! A simulation that the caller advances step by step.
 
+mod tendons;
+
 use super::carried::Carried;
-use super::changes::{Changes, Verdict, judge};
+use super::changes::Changes;
 use super::energy_watch::EnergyWatch;
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
@@ -11,18 +13,14 @@ use super::status::{Status, Stop};
 use crate::description::signal::{Jumps, covers};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::integrators::attempts::Remedy;
+use crate::integrators::newmark::Lengths;
 use crate::integrators::ode;
 use crate::integrators::second_order;
 use crate::integrators::second_order::{Counters, Failure, Grid, is_whole, number_of_steps};
-use crate::model::constraint::one_sided;
-use crate::model::constraint::one_sided::Unsettled;
 use crate::model::constraint::projection;
 use crate::model::{Energy, ForwardScratch, Model, Overlap, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
-
-/// A step of this part of the interval is not shortened further if a taut tendon misses its length: the length jumps.
-const SHORTEST: f64 = 1e-9;
 
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
 /// state out. It has a model of its own. All its memory is there after [`Self::begin`].
@@ -39,6 +37,8 @@ pub struct Run<M> {
     /// End times of single steps.
     grid: Grid,
     inputs: Vec<f64>,
+    /// Those before the last jump.
+    inputs_before: Vec<f64>,
     inputs_have_jumped: bool,
     /// Accelerations after a jump of the inputs.
     jumped: Vec<f64>,
@@ -106,12 +106,14 @@ impl<M: Model> Run<M> {
         let may_resolve = method.fixed_step().is_some() && !facts.is_one_sided;
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
-        let changes = integrator.changes_between_steps().then(|| Box::new(Changes::new(t_span)));
+        let is_one_sided = integrator.model().facts().is_one_sided;
+        let changes = is_one_sided.then(|| Box::new(Changes::new(t_span)));
         Ok(Self {
             integrator,
             dt,
             known,
             grid: Grid::new(t_span.0, dt),
+            inputs_before: inputs.clone(),
             inputs,
             inputs_have_jumped: false,
             jumped: vec![0.0; n],
@@ -184,6 +186,9 @@ impl<M: Model> Run<M> {
     /// If their number differs from the number of the model's inputs.
     pub fn set_inputs(&mut self, inputs: &[f64]) {
         if self.inputs != inputs {
+            if !self.inputs_have_jumped {
+                self.inputs_before.copy_from_slice(&self.inputs);
+            }
             self.inputs.copy_from_slice(inputs);
             self.integrator.model().set_inputs(inputs);
             self.inputs_have_jumped = true;
@@ -222,7 +227,9 @@ impl<M: Model> Run<M> {
         if !self.inputs_have_jumped {
             return Ok(None);
         }
-        if let Some(changes) = &mut self.changes {
+        if !self.lengths_jump()?
+            && let Some(changes) = &mut self.changes
+        {
             let without = changes.due.take().flatten();
             self.inputs_have_jumped = false;
             return self.change(without);
@@ -265,10 +272,16 @@ impl<M: Model> Run<M> {
                 return self.jump(corner);
             }
         }
-        match self.changes {
-            None => self.single_step(),
-            Some(_) => self.step_to_change(),
+        let steps = self.steps();
+        let status = match &self.changes {
+            None => self.single_step(Lengths::Smooth)?,
+            Some(changes) if changes.jumps => self.step_over_jump()?,
+            Some(_) => self.step_to_change()?,
+        };
+        if self.steps() > steps {
+            self.follow_prescribed(Carried::step)?;
         }
+        Ok(status)
     }
 
     /// The watch on the energy, if steps are of one size.
@@ -351,9 +364,9 @@ impl<M: Model> Run<M> {
         Ok(None)
     }
 
-    fn single_step(&mut self) -> Result<Option<Status>, Interrupted> {
+    fn single_step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
         let steps = self.integrator.steps();
-        let status = self.integrator.step()?;
+        let status = self.integrator.step(lengths)?;
         if self.integrator.steps() > steps {
             if self.resolves_impacts {
                 self.resolved = self.integrator.resolve_impact(&mut self.resolving)?;
@@ -363,7 +376,6 @@ impl<M: Model> Run<M> {
                 false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
                 false => Some(Stop::at_singular_position(self.t())),
             };
-            self.follow_prescribed(Carried::step)?;
         } else if matches!(
             status,
             Some(
@@ -375,67 +387,6 @@ impl<M: Model> Run<M> {
             self.stop = Some(Stop::at_singular_position(self.t()));
         }
         Ok(self.stop.as_ref().map(|stop| stop.status).or(status))
-    }
-
-    /// Makes a step that ends at the latest where the active set of one-sided constraints changes.
-    fn step_to_change(&mut self) -> Result<Option<Status>, Interrupted> {
-        let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
-        if let Some(without) = changes.due.take() {
-            return self.change(without);
-        }
-        let (t_end, mut planned, mut corrections) = (changes.t_span.1, None, 0);
-        loop {
-            let steps = self.integrator.steps();
-            let status = self.single_step()?;
-            let Self { integrator, changes: Some(changes), stop: None, .. } = self else { return Ok(status) };
-            if integrator.steps() == steps {
-                return Ok(status);
-            }
-            let times = [integrator.t_old(), integrator.t()];
-            let n = integrator.state().1[0].len();
-            let mut states = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-            let planned_so = planned.map(|event| (event, corrections));
-            let verdict = judge(times, t_end, planned_so, &mut |t| {
-                let [q, v, a] = &mut states;
-                if t == times[1] {
-                    let (_, [at_end, rate, _]) = integrator.state();
-                    q.copy_from_slice(at_end);
-                    v.copy_from_slice(rate);
-                } else {
-                    integrator.interpolate(&[t], [q, v, a])?;
-                }
-                changes.look(integrator.model(), t, [q, v])
-            })?;
-            match verdict {
-                Verdict::Done => {}
-                Verdict::Change(without) => changes.due = Some(without),
-                Verdict::ChangeAtStart(without) => {
-                    integrator.take_back();
-                    return self.change(without);
-                }
-                Verdict::EndAt(event) => {
-                    integrator.take_back();
-                    integrator.extend_to(event.t);
-                    (planned, corrections) = (Some(event), corrections + 1);
-                    continue;
-                }
-                Verdict::Astray(by) => {
-                    integrator.take_back();
-                    let middle = 0.5 * (times[0] + times[1]);
-                    if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
-                        return Ok(self.unsettled(Unsettled::Passed(by)));
-                    }
-                    integrator.extend_to(middle);
-                    planned = None;
-                    continue;
-                }
-            }
-            if times[1] == t_end {
-                return Ok(status);
-            }
-            integrator.extend_to(t_end);
-            return Ok(None);
-        }
     }
 
     /// Ends the interval before its first step where the mass is singular. Factors of such a matrix may exist by rounding, and the
@@ -456,53 +407,6 @@ impl<M: Model> Run<M> {
         })?;
         self.has_mass = found.is_none();
         Ok(found.map(|stop| self.stop.insert(stop).status))
-    }
-
-    /// Finds the active constraints at the start.
-    fn find_held(&mut self) -> Result<Option<Status>, Interrupted> {
-        let found = self.integrator.observe(|model, state| {
-            model.set_time(state.t)?;
-            Ok(one_sided::change(model, [state.q, state.v], None))
-        })?;
-        if let Some(changes) = &mut self.changes {
-            changes.has_begun = true;
-        }
-        Ok(found.err().and_then(|why| self.unsettled(why)))
-    }
-
-    /// Changes the active set here; `without` is released, if given.
-    fn change(&mut self, without: Option<usize>) -> Result<Option<Status>, Interrupted> {
-        let found = self.integrator.observe(|model, state| {
-            model.set_time(state.t)?;
-            Ok(one_sided::change(model, [state.q, state.v], without))
-        })?;
-        let changed = match found {
-            Ok(changed) => changed,
-            Err(why) => {
-                let status = self.unsettled(why);
-                let none = self.integrator.no_acceleration(Failure::SingularJacobian);
-                return Ok(Some(status.unwrap_or(none)));
-            }
-        };
-        let t = self.integrator.t();
-        let Some(changes) = &mut self.changes else { unreachable!("they change within steps") };
-        self.integrator.extend_to(changes.t_span.1);
-        self.integrator.restart([&changed.q, &changed.v, &changed.a])?;
-        if changes.count(t, changed.flow) {
-            return Ok(None);
-        }
-        Ok(Some(self.stop.insert(Stop::at_chatter(t)).status))
-    }
-
-    /// Ends the interval if no active set was found; `None` if the mass is singular.
-    fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
-        let t = self.t();
-        let stop = match why {
-            Unsettled::Passed(by) => Stop::where_too_long(t, by),
-            Unsettled::Undecided => Stop::at_conflict(t),
-            Unsettled::SingularMass => return None,
-        };
-        Some(self.stop.insert(stop).status)
     }
 
     /// Energy lost in changes of the active set, and work done in them and in jumps of prescribed velocities, in joules,
@@ -578,7 +482,7 @@ impl<M: Model> Run<M> {
     /// Why the motion so far may be wrong although all steps were made: energy that fixed steps add or lose, as long as inputs are
     /// those of the start, and prescribed motions and impacts that they do not resolve.
     pub fn doubt(&mut self) -> Option<String> {
-        let Self { integrator, energy, carried, .. } = self;
+        let Self { integrator, energy, carried, changes, .. } = self;
         if integrator.steps() == 0 {
             return None;
         }
@@ -591,7 +495,14 @@ impl<M: Model> Run<M> {
             (false, true) => Remedy::Resolve,
             _ => Remedy::Shorten,
         };
-        of_motion.or_else(|| self.integrator.doubt(remedy))
+        let of_lengths = changes.as_ref().and_then(|changes| changes.missed).map(|(by, t)| {
+            format!(
+                "At t = {} s lengths of tendons that do not stretch jump against each other: one is longer by {by:.1e} of the length of what \
+                 it joins. Change lengths gradually, take shorter steps, or give the tendons a `stiffness`.",
+                Number(t)
+            )
+        });
+        of_motion.or(of_lengths).or_else(|| self.integrator.doubt(remedy))
     }
 
     /// Describes a status of this run, with advice unless it is a success.
@@ -641,7 +552,7 @@ impl<M: Model> Run<M> {
         [q, v, a]: [&mut [f64]; 3],
     ) -> Result<bool, Interrupted> {
         let is_finite = self.integrator.interpolate(times, [&mut *q, &mut *v, a])?;
-        if is_finite && self.changes.is_some() {
+        if is_finite && self.changes.as_ref().is_some_and(|changes| !changes.has_jumped) {
             // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
             let model: &mut dyn Model = self.integrator.model();
             let n = model.facts().n;
@@ -706,8 +617,21 @@ impl<M: Model> Run<M> {
         self.resolving.serialise(tape);
         self.has_mass |= self.integrator.steps() > 0;
         self.serialise_watch(tape);
-        if let Some(changes) = &mut self.changes {
-            changes.serialise(self.integrator.model(), tape);
+        self.serialise_changes(tape);
+    }
+
+    fn serialise_changes(&mut self, tape: &mut Tape<'_>) {
+        let (is_fixed, has_stepped) = (self.integrator.pulls().is_some(), self.steps() > 0);
+        let Some(changes) = &mut self.changes else { return };
+        if is_fixed && tape.is_over() {
+            // Versions before changed active sets within such steps: they are found anew.
+            (changes.has_begun, changes.due) = (has_stepped, has_stepped.then_some(None));
+            return;
+        }
+        changes.serialise(self.integrator.model(), tape);
+        if is_fixed {
+            tape.numbers(&mut self.inputs_before);
+            changes.serialise_jumps(tape);
         }
     }
 

@@ -1,0 +1,147 @@
+//! Steps of fixed size over which lengths of tendons jump: commanded lengths that are set from step to step. Where lengths jump against
+//! each other, release and take-up could follow each other at one time without end. In such a step a tendon therefore pulls over the
+//! whole step, so that it has its length at the end, or not at all, and each active set is tried once: first by Bard's rule, which
+//! changes what fits least, then by Murty's, which changes the first one that does not fit (Murty 1974, "Note on a Bard-type scheme for
+//! solving the complementarity problem").
+
+use crate::model::constraint::one_sided::{TAKEN_UP, TAUT, most_switches};
+
+/// Tendons push if they do by more than this part of the largest tension in the step.
+const PUSHES: f64 = 1e-10;
+
+/// What does not fit at the end of a step with an active set: the hardest push, in units of the largest tension, and how far a tendon
+/// is too long, in units of the length of what it joins.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub(super) struct Misfit {
+    push: f64,
+    pub(super) excess: f64,
+}
+
+/// The active sets that were tried for a step.
+#[derive(Debug)]
+pub(super) struct Search {
+    tried: Vec<Vec<bool>>,
+    best: Option<(Misfit, Vec<bool>)>,
+}
+
+impl Search {
+    /// From this set on.
+    pub(super) fn new(held: &[bool]) -> Self {
+        Self { tried: vec![held.to_vec()], best: None }
+    }
+
+    /// The set that is to be tried.
+    pub(super) fn held(&self) -> &[bool] {
+        self.tried.last().expect("there is a first one")
+    }
+
+    /// The set that fits best, of those that could be tried.
+    pub(super) fn best(&self) -> Option<&(Misfit, Vec<bool>)> {
+        self.best.as_ref()
+    }
+
+    /// Judges the end of a step with the set, by the tensions and by how far tendons are too long; neither where it could not be made. Returns
+    /// whether it fits.
+    pub(super) fn fits(&mut self, end: Option<[&[f64]; 2]>) -> bool {
+        let Some([pulls, excesses]) = end else { return false };
+        // Newton's method leaves something of those that it closes.
+        let allowed = |is_held: bool| if is_held { TAUT } else { TAKEN_UP };
+        let excesses = excesses.iter().zip(self.held()).map(|(by, &is_held)| by - allowed(is_held));
+        let misfit = Misfit { push: largest(pushes(pulls).into_iter()), excess: largest(excesses) };
+        if self.best.as_ref().is_none_or(|(best, _)| misfit < *best) {
+            self.best = Some((misfit, self.held().to_vec()));
+        }
+        misfit.push <= 0.0 && misfit.excess <= 0.0
+    }
+
+    /// Goes on to a set that was not tried yet. False if there is none near, or enough were tried.
+    pub(super) fn next(&mut self, end: Option<[&[f64]; 2]>) -> bool {
+        if self.tried.len() > most_switches(self.held().len()) {
+            return false;
+        }
+        let set = candidates(self.held(), end).into_iter().find(|set| !self.tried.contains(set));
+        set.map(|set| self.tried.push(set)).is_some()
+    }
+}
+
+/// How hard tendons push, beyond rounding.
+fn pushes(pulls: &[f64]) -> Vec<f64> {
+    let largest = pulls.iter().fold(f64::MIN_POSITIVE, |largest, pull| largest.max(pull.abs()));
+    pulls.iter().map(|pull| -pull / largest - PUSHES).collect()
+}
+
+/// The largest of the positive values, or zero.
+fn largest(values: impl Iterator<Item = f64>) -> f64 {
+    values.fold(0.0, f64::max)
+}
+
+/// What may fit better than a set with such an end, or than one with which the step could not be made.
+fn candidates(held: &[bool], end: Option<[&[f64]; 2]>) -> Vec<Vec<bool>> {
+    let with = |change: &dyn Fn(usize) -> bool| -> Vec<bool> {
+        held.iter().enumerate().map(|(i, &is_held)| is_held != change(i)).collect()
+    };
+    // Nothing pushes then, if all else fails.
+    let none = vec![false; held.len()];
+    let Some([pulls, excesses]) = end else {
+        // Too much is held, or the wrong.
+        let released = (0..held.len()).rev().filter(|&i| held[i]);
+        return released.map(|i| with(&|j| i == j)).chain([none]).collect();
+    };
+    let pushes = pushes(pulls);
+    let is_passed = |i: usize| !held[i] && excesses[i] > TAKEN_UP;
+    let is_pushing = |i: usize| held[i] && pushes[i] > 0.0;
+    let hardest = (0..held.len()).filter(|&i| is_pushing(i)).max_by(|&i, &j| pushes[i].total_cmp(&pushes[j]));
+    let mut sets = Vec::new();
+    if (0..held.len()).any(is_passed) {
+        sets.push(with(&is_passed));
+    } else if let Some(hardest) = hardest {
+        sets.push(with(&|i| i == hardest));
+    }
+    sets.extend((0..held.len()).filter(|&i| is_passed(i) || is_pushing(i)).map(|i| with(&|j| i == j)));
+    sets.push(none);
+    sets
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_set_is_tried_once_and_the_search_ends() {
+        // Two tendons that conflict: one that is held pushes the other too far, both cannot be held, and without them both are too long.
+        let mut search = Search::new(&[true, true]);
+        let mut tried = 0;
+        loop {
+            tried += 1;
+            let (pulls, excesses) = match search.held() {
+                [true, true] => (None, [0.0; 2]),
+                [true, false] => (Some([1.0, 0.0]), [0.0, 0.2]),
+                [false, true] => (Some([0.0, 1.0]), [0.1, 0.0]),
+                _ => (Some([0.0; 2]), [0.3, 0.3]),
+            };
+            let end = pulls.as_ref().map(|pulls| [&pulls[..], &excesses[..]]);
+            assert!(!search.fits(end));
+            if !search.next(end) {
+                break;
+            }
+        }
+        assert!(tried <= 4);
+        let (misfit, set) = search.best().unwrap();
+        assert_eq!(set, &[false, true]);
+        assert!((misfit.excess - 0.1).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_pushes_is_released_and_what_is_passed_pulls() {
+        let mut search = Search::new(&[true, false]);
+        let end = Some([&[-1.0, 0.0][..], &[0.0, 0.1][..]]);
+        assert!(!search.fits(end));
+        assert!(search.next(end));
+        assert_eq!(search.held(), [true, true]);
+        let end = Some([&[-1.0, 2.0][..], &[0.0; 2][..]]);
+        assert!(!search.fits(end));
+        assert!(search.next(end));
+        assert_eq!(search.held(), [false, true]);
+        assert!(search.fits(Some([&[0.0, 2.0], &[-0.1, 0.0]])));
+    }
+}
