@@ -340,20 +340,31 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                 }
             }
         }
-        for (s, standing) in touch.sides.iter().enumerate() {
-            let is_sliding = [slides.first.is_some(), slides.second.is_some()][s];
-            let Standing::Along { curve, .. } = *standing else { continue };
-            if !is_sliding {
-                continue;
-            }
-            let own = plan.pieces[plan.effects.contacts.curves[curve].piece].coordinates();
-            let share = &rows.shares[s][own.clone()];
-            for k in pair.reaches.iter().cloned().flatten() {
-                let slide = rows.slides[s][k];
-                let entries = &mut matrix.as_mut_slice()[k * n..][own.clone()];
-                for (entry, share) in entries.iter_mut().zip(share) {
-                    *entry += share * slide;
-                }
+        add_shares(plan, touch, &slides, rows, matrix);
+    }
+}
+
+/// Adds what the nodes of both sides need because their shares change as the places slide: products of two rows.
+fn add_shares<G: Turning>(
+    plan: &Plan<G>,
+    touch: &Touch,
+    slides: &Slides,
+    rows: &Rows<G::Pack>,
+    matrix: &mut Matrix,
+) {
+    let is_sliding = [slides.first.is_some(), slides.second.is_some()];
+    for (s, standing) in touch.sides.iter().enumerate() {
+        let Standing::Along { curve, .. } = *standing else { continue };
+        if !is_sliding[s] {
+            continue;
+        }
+        let own = plan.pieces[plan.effects.contacts.curves[curve].piece].coordinates();
+        let share = &rows.shares[s][own.clone()];
+        for k in plan.effects.contacts.pairs[touch.pair].reaches.iter().cloned().flatten() {
+            let slide = rows.slides[s][k];
+            let entries = &mut matrix.as_mut_slice()[k * plan.n..][own.clone()];
+            for (entry, share) in entries.iter_mut().zip(share) {
+                *entry += share * slide;
             }
         }
     }

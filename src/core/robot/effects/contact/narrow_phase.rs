@@ -222,6 +222,9 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
         let normal = nearest.distance.normal;
         let change = (normal.dot(slope) - part.widening()) / part.part;
+        if change == 0.0 {
+            return None;
+        }
         let other = match (nearest.on, nearest.centre) {
             (Standing::Along { curve, x }, _) if !nearest.is_carried => {
                 Shape::new(&self.plan.effects.contacts.curves[curve], self.terms, self.axes).at(x)[0]

@@ -15,6 +15,7 @@ use super::narrow_phase::{Edge, Scene};
 use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, Wrench};
 use crate::robot::algebra::tie::Motion;
 use crate::robot::effects::contact::plan::{Curve, NODES};
+use crate::robot::effects::contact::shapes::distance::SHORTEST;
 use crate::robot::effects::contact::shapes::slide::Slide;
 use crate::robot::effects::contact::shapes::touch::Meeting;
 use crate::robot::effects::contact::state::{Interval, Rows, Share, Standing, Touch};
@@ -101,13 +102,14 @@ impl<G: Turning> Slider<'_, G> {
     /// How the nearest place on a second rod slides, unless it is an end.
     fn nearest(&self) -> Option<(&Curve<G::Pack>, f64, Slide)> {
         let Touch { centres, meeting, .. } = self.touch;
-        // Other sections carry the normal with them.
-        if meeting.is_carried || meeting.rolling.is_some() {
+        let way = centres[0] - centres[1];
+        // Other sections carry the normal with them, and a point on the axis has none.
+        if meeting.is_carried || meeting.rolling.is_some() || way.dot(way).sqrt() <= SHORTEST {
             return None;
         }
         let (curve, x) = self.along(1)?;
         let [_, slope, bend] = self.shape(curve).at(x);
-        let slide = Slide::new(centres[0] - centres[1], [slope, bend], curve.widening(x))?;
+        let slide = Slide::new(way, [slope, bend], curve.widening(x))?;
         Some((curve, x, slide))
     }
 
