@@ -21,6 +21,7 @@ from .._lissom import (
     modes,
     statics,
 )
+from ..model.fibres import STRAINS
 from ..model.starts import rest_start
 from ..model.views import Link, View, view
 
@@ -67,9 +68,6 @@ WIDEST = 1.0
 
 #: m/s²: gravity above this is probably in other units.
 STRONGEST_GRAVITY = 100.0
-
-#: The strains in their order.
-STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
 
 #: The shear strain in the direction in which a bending strain deflects.
 SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import Robot
+from .._lissom import Robot, Rod
 from ..common.arguments import with_number
 from ..model import fibres
 from ..model.views import Link, View
@@ -52,7 +52,8 @@ class Peak:
     part : str
         Name of the link, actuator, joint, loop or contact.
     value : float
-        The value, with its sign; the one that is largest in size.
+        The value that is largest in size, with its sign. Axial strain and stress are sizes, whether the fibre
+        is stretched or pressed.
     X : float or None
         Arc length on the rod, metres; None where the part is no rod.
     t : float
@@ -124,7 +125,7 @@ def peaks_of(model: Model, states: States) -> list[Peak]:
     # The last state of a failed run can overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         found = [
-            *(peak for link in states.view.links for peak in _of_rod(link, states)),
+            *(peak for link in states.view.links for peak in _of_rod(model, link, states)),
             *_of_actuators(states),
             *(_of_contacts(model, states) if isinstance(model, Robot) else ()),
         ]
@@ -165,7 +166,17 @@ def has_limits(view: View) -> bool:
     return any(limit(segment) for rod in rods for segment in rod.segments for limit in LIMITS.values())
 
 
-def _of_rod(link: Link, states: States) -> Iterator[Peak]:
+def _is_actuated(model: Model, link: Link) -> bool:
+    """Whether actuators act along the rod: the balance of forces in its sections holds them, too."""
+    if isinstance(model, Rod):
+        return bool(model.actuators)
+    parts = [
+        part for actuator in getattr(model, "actuators", ()) for part in getattr(actuator, "path", [actuator])
+    ]
+    return any(getattr(part, "link", None) == link.name for part in parts)
+
+
+def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
     if link.strain is None:
         return
     X = _stations(link)
@@ -178,15 +189,20 @@ def _of_rod(link: Link, states: States) -> Iterator[Peak]:
         ("stretch", "1"): change[..., 3],
         ("shear", "1"): np.linalg.norm(change[..., 4:], axis=-1),
     }
+    wrench = None
+    if link.wrench is not None:
+        wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
     # Sections that are given by their stiffness have no outermost fibre.
     if all(segment.section.shape != "given" for segment in link.segments):
         half = fibres.half_extents(link, X, at)
-        found["axial strain", "1"] = fibres.axial_strain(link, change, half, at)
-        stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at)
+        rigid: Array | float = 0.0
+        if wrench is not None and not _is_actuated(model, link):
+            rigid = fibres.strains_without_modes(link, wrench, X, at)
+        found["axial strain", "1"] = fibres.axial_strain(link, change + rigid, half, at)
+        stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at, rigid)
         if stress is not None:
             found["axial stress", "Pa"] = stress
-    if link.wrench is not None:
-        wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
+    if wrench is not None:
         found["bending moment", "N m"] = np.linalg.norm(wrench[..., 1:3], axis=-1)
         # The wrench is that on what is beyond a section: signs as those of torsion and stretch.
         found["torque", "N m"] = -wrench[..., 0]

@@ -198,8 +198,9 @@ def _peaks(self: MotionResult) -> list[Peak]:
 
     For each rod: curvature of bending and torsion (with those at rest), stretch and shear (as changes of the
     reference strain), axial strain and stress of the outermost fibre (without shear, torsion and damping),
-    and bending moment, torque and tension in its sections by the balance of forces. For each actuator its
-    force, for each contact its resultant and the largest overlap.
+    and bending moment, torque and tension in its sections by the balance of forces. Stretch and bending that
+    have no modes count by these forces in strain and stress, unless tendons or chambers act along the rod.
+    For each actuator its force, for each contact its resultant and the largest overlap.
 
     Rods are looked at in 49 places of each segment, at the times of the result: peaks between these are not
     seen. Curvature and stress are those of the modes; `StaticsResult.space_error` tells how much these lack.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from .balance import Balance
 from .reach import Reach
 from .swim import Swim
@@ -19,9 +21,21 @@ def task_of(task: Task | str) -> Task:
         If the name is unknown, or the argument is something else.
     """
     if isinstance(task, Task):
+        _check_actions(task)
         return task
     if not isinstance(task, str):
         raise TypeError(f"task: expected a Task or a name, got {type(task).__name__}")
     if task not in TASKS:
         raise ValueError(f"task: expected one of {', '.join(TASKS)}, got {task!r:.60}")
     return TASKS[task]()
+
+
+def _check_actions(task: Task) -> None:
+    """Refuse names of actions that are none."""
+    names: object = task.action_names
+    place = f"{type(task).__name__}.action_names"
+    expected = "expected a sequence of different names, at least one"
+    if isinstance(names, str) or not isinstance(names, Sequence):
+        raise TypeError(f"{place}: got {names!r:.60}, {expected}")
+    if not names or len(set(names)) < len(names) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"{place}: got {tuple(names)!r:.60}, {expected}")

@@ -11,6 +11,9 @@ from .views import Link
 
 Array = NDArray[np.float64]
 
+#: The strains in their order.
+STRAINS = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
+
 
 def segments(link: Link, X: Array) -> list[int]:
     """The segment at each arc length (stations,); at a boundary the preceding one, as for `Rod.strain`."""
@@ -48,20 +51,43 @@ def axial_strain(link: Link, change: Array, half: Array, at: Sequence[int]) -> A
 
 
 def axial_stress(
-    link: Link, q: Array, X: Array, t: Array, u: Array, half: Array, at: Sequence[int]
+    link: Link,
+    q: Array,
+    X: Array,
+    t: Array,
+    u: Array,
+    half: Array,
+    at: Sequence[int],
+    without_modes: Array | float = 0.0,
 ) -> Array | None:
     """The largest elastic stress along the rod in each section, pascals, (shapes, stations).
 
     Young's modulus times the elastic part of `axial_strain`: active strains are free of stress. For
-    coordinates (shapes, n), times (shapes,) and inputs (shapes, inputs). None if a segment has no modulus.
+    coordinates (shapes, n), times (shapes,) and inputs (shapes, inputs); `without_modes` is added to the
+    strains. None if a segment has no modulus.
     """
     moduli = [segment.young_modulus for segment in link.segments]
     if link.elastic_wrench is None or None in moduli:
         return None
     wrench = link.elastic_wrench(q, X, t, u)
-    elastic = np.asarray(-np.linalg.solve(_stiffnesses(link, X, at), wrench[..., None])[..., 0], float)
+    elastic = _strains(link, wrench, X, at) + without_modes
     stress: Array = np.array(moduli, float)[list(at)] * axial_strain(link, elastic, half, at)
     return stress
+
+
+def strains_without_modes(link: Link, wrench: Array, X: Array, at: Sequence[int]) -> Array:
+    """Strains that the rod would have but for want of modes, (shapes, stations, 6).
+
+    From moments and forces (shapes, stations, 6) in its sections by the balance of forces, divided by the
+    stiffness.
+    """
+    has_modes = [[bool(segment.modes.get(strain)) for strain in STRAINS] for segment in link.segments]
+    return np.where(np.array(has_modes)[list(at)], 0.0, _strains(link, wrench, X, at))
+
+
+def _strains(link: Link, wrench: Array, X: Array, at: Sequence[int]) -> Array:
+    """Elastic strains that belong to moments and forces on what is beyond sections."""
+    return np.asarray(-np.linalg.solve(_stiffnesses(link, X, at), wrench[..., None])[..., 0], float)
 
 
 def _stiffnesses(link: Link, X: Array, at: Sequence[int]) -> Array:

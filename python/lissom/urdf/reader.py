@@ -347,6 +347,10 @@ class Reader:
             self._problem(element, None, "got no <geometry>", "expected <geometry> with a shape")
             return
         found = self._open(geometry, (), tuple(_SHAPES), ("mesh",))
+        if len(geometry.children) != 1:
+            number = len(geometry.children) or "no"
+            self._problem(geometry, None, f"got {number} shapes", "expected one")
+            return
         for child in geometry.children:
             if child.tag == "mesh":
                 self._leave(child, NO_MESH)

@@ -278,3 +278,27 @@ def test_the_report_and_the_command_line_name_what_is_exceeded(tmp_path):
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Beyond its limit: curvature of" in report
     assert ">limit<" in report
+
+
+@pytest.mark.parametrize("modes", [{"bend_y": 2}, {"bend_y": 2, "stretch": 1}, {"stretch": 1}])
+def test_forces_count_in_stress_where_strains_have_no_modes(modes):
+    """A wire of 0.4 mm radius under 500 N: N / A, and the moment of a force across over E I."""
+    segment = lissom.Segment(1.0, 4e-4, **STEEL, modes=modes, max_stress=1e8)
+    force = (500.0, 0.0, 0.0) if "bend_y" in modes else (0.0, 0.0, 1e-3)
+    rod = lissom.Rod([segment], loads=[lissom.Load(force=force)], gravity=(0, 0, 0))
+    peaks = lissom.statics(rod, space_error=False).peaks(rod)
+    area, size = np.pi * 4e-4**2, 0.25 * np.pi * 4e-4**4
+    right = 500.0 / area if "bend_y" in modes else 1e-3 * 1.0 * 4e-4 / size
+    assert of(peaks, "axial stress").value == pytest.approx(right, rel=1e-6)
+    assert of(peaks, "axial stress").share == pytest.approx(right / 1e8, rel=1e-6)
+    assert of(peaks, "axial strain").value == pytest.approx(right / STEEL["young_modulus"], rel=1e-6)
+
+
+def test_tendons_along_a_rod_are_no_force_in_its_fibres():
+    """The balance of forces in a section holds the tension of the tendon, too: the sum is zero here."""
+    segment = lissom.Segment(0.2, 4e-3, 1e6, poisson_ratio=0.4, density=1000.0, modes={"bend_y": 2})
+    pull = lissom.Tendon("pull", [lissom.Along("finger", (0.0, 3e-3))], tension=1.0)
+    robot = lissom.Robot([lissom.Link("finger", rod=[segment])], actuators=[pull], gravity=(0, 0, 0))
+    found = lissom.statics(robot, space_error=False)
+    stress = of(found.peaks(robot), "axial stress").value
+    assert stress == pytest.approx(1.0 * 3e-3 * 4e-3 / (0.25 * np.pi * 4e-3**4), rel=1e-6)

@@ -295,6 +295,18 @@ def test_inputs_of_another_shape_are_refused(many):
         env.step(np.zeros((1, 1) if many else 1))
 
 
+@pytest.mark.parametrize("names", ["bend", 3, (), ("a", "a"), (1,)])
+def test_names_of_actions_are_a_sequence_of_different_ones(names):
+    class Misnamed(Antagonists):
+        action_names = names
+
+    for make in (lissom.gym.RobotEnv, lambda task: lissom.gym.RobotVectorEnv(task, 2)):
+        with pytest.raises(
+            (ValueError, TypeError), match=r"Misnamed.action_names: got .* expected a sequence"
+        ):
+            make(Misnamed())
+
+
 def test_what_is_missing_is_said():
     code = "import sys; sys.modules['gymnasium'] = None; import lissom; lissom.gym"
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

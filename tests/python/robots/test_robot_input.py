@@ -259,3 +259,21 @@ def test_the_length_of_branches_is_that_of_the_longest_way():
         joint = lissom.Revolute((0, 1, 0))
         link = lissom.Link("hand", parent="stem", at=at, position=(0, 0, offset), joint=joint, body=hand)
         assert length_of(lissom.Robot([stem, link])) == pytest.approx(right, rel=1e-3)
+
+
+def test_the_length_begins_where_something_moves():
+    """A pedestal of 3 m below the first rod moves nothing."""
+    soft = lissom.Segment(0.3, 4e-3, 1e6, poisson_ratio=0.5, density=1000.0, modes={"bend_y": 2})
+    stand = lissom.Link("stand", body=lissom.Body(5.0, centre=(0, 0, 1.0)))
+    high = lissom.Link("rod", rod=[soft], parent="stand", position=(0, 0, 3.0))
+    assert length_of(lissom.Robot([stand, high])) == pytest.approx(0.3, rel=1e-3)
+    assert length_of(lissom.Robot([lissom.Link("rod", rod=[soft])])) == pytest.approx(0.3, rel=1e-3)
+
+
+def test_bodies_of_a_robot_count_like_those_of_links():
+    hinge, own = lissom.Revolute((0, 1, 0)), lissom.Body(0.2, centre=(0.25, 0, 0))
+    arm = lissom.Link("arm", body=own, joint=hinge)
+    far = lissom.Body(1.0, centre=(2.0, 0, 0))
+    beside = lissom.Robot([arm], bodies=[lissom.Body(1.0, centre=(2.0, 0, 0), link="arm")])
+    welded = lissom.Robot([arm, lissom.Link("far", parent="arm", body=far)])
+    assert length_of(beside) == length_of(welded) == 2.0

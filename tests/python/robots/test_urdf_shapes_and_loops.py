@@ -192,6 +192,8 @@ def test_meshes_are_listed(file):
         ('<sphere radius="-1"/>', "got the sizes -1"),
         ('<cylinder radius="0.1" length="0"/>', "got the sizes 0.1, 0; expected positive ones"),
         ("<sphere/>", "got no attribute radius"),
+        ("", "got no shapes; expected one"),
+        ('<sphere radius="0.1"/><box size="1 1 1"/>', "got 2 shapes; expected one"),
     ],
 )
 def test_wrong_shapes_are_problems_with_their_place(shapes, message, file):
