@@ -169,3 +169,55 @@ def test_forces_on_tapered_rods_are_gradients_of_the_energy_of_their_overlap():
     assert np.abs(force).max() > 0.01
     # Of the three Gauss points.
     assert_allclose(force, slope, atol=5e-3 * np.abs(force).max())
+
+
+def test_two_crossing_ropes_balance_unstably():
+    """The upper rope of two hanging ones lies on the middle of the lower one, and slides off.
+
+    The rate, without damping by the medium, is that of the motion from a small disturbance.
+    """
+    span, drop, parts = 0.8, 0.1, 4
+    modes = {"torsion": 1, "bend_y": 4, "bend_z": 2}
+    part = lissom.Segment(1 / parts, 0.005, 1e6, 1e6 / 3, 1000.0, modes)
+    across = about((0, 0, 1), np.pi / 2)
+    links = [
+        lissom.Link("low", joint=lissom.Spherical(), rod=[part] * parts, position=(-span / 2, 0, 0)),
+        lissom.Link(
+            "high", joint=lissom.Spherical(), rod=[part] * parts, position=(0, -span / 2, -drop),
+            orientation=across,
+        ),
+    ]  # fmt: skip
+    ends = {"low": (span / 2, 0, 0), "high": (0, span / 2, -drop)}
+    loops = [
+        lissom.Loop(lissom.LoopEnd(name, 1.0), lissom.LoopEnd(position=place), lissom.Spherical(), name=name)
+        for name, place in ends.items()
+    ]
+    pushed = [lissom.Load(force=(0, 0, f), link=name, at=0.5) for name, f in (("low", -0.27), ("high", 0.27))]
+    gravity = (0, 0, -9.81)
+    apart = lissom.Robot(links, loops=loops, loads=pushed, gravity=gravity)
+    # Arcs in vertical planes: sin(a) / a is the span.
+    q0, angle, n = np.zeros(apart.n), 1.1311, sum(modes.values())
+    bends = [robot_slice.start + 3 + n * i for robot_slice in map(apart.slice, ends) for i in range(parts)]
+    for name in ends:
+        q0[apart.slice(name).start + 1] = angle
+    for first in bends:
+        q0[first + 1] = -2 * angle
+    start = lissom.statics(apart, q0)
+    assert start.success
+    planar = start.q.copy()
+    for name in ends:
+        planar[[apart.slice(name).start, apart.slice(name).start + 2]] = 0.0
+    for first in bends:
+        planar[[first, first + 5, first + 6]] = 0.0
+    robot = lissom.Robot(links, loops=loops, contacts=[lissom.Contact("low", "high")], gravity=gravity)
+    found = lissom.statics(robot, planar, method="newton")
+    assert found.success
+    assert found.stability == "divergence"
+    assert all(abs(touch.position[1]) < 1e-5 for touch in robot.touches(found.q))
+    rate = lissom.modes(robot, found.q).eigenvalues.real.max()
+    disturbed = found.q.copy()
+    disturbed[robot.slice("low").start] += 1e-6
+    run = lissom.simulate(robot, 1.6, q0=disturbed, dt=4e-3, t_eval=np.linspace(0, 1.6, 17))
+    assert run.success
+    aside = np.abs([robot.pose(q, 0.5, link="low")[1, 3] for q in run.q])
+    assert_allclose(np.log(aside[-1] / aside[-4]) / 0.3, rate, rtol=0.02)
