@@ -57,6 +57,29 @@ pub struct Input<const N: usize> {
     pub value: [f64; N],
 }
 
+/// Seconds between the values of differences. Rounding and truncation errors are both below 1e-3 of signals that vary within seconds.
+const APART: f64 = 1e-4;
+
+/// A function jumps where it changes by so many times what it changes in the intervals beside. Where it begins to move as t^5 the
+/// second interval has 31 times the first.
+const JUMP: f64 = 40.0;
+
+/// Differences of a function on one side of a time.
+struct Differences<const N: usize> {
+    /// First and second derivative.
+    rates: [[f64; N]; 2],
+    /// The smaller and the larger change within one of two intervals.
+    smallest: f64,
+    largest: f64,
+}
+
+impl<const N: usize> Differences<N> {
+    /// Whether the function may jump in one of the intervals.
+    fn may_jump(&self) -> bool {
+        self.largest > JUMP * self.smallest
+    }
+}
+
 impl<const N: usize> From<[f64; N]> for Signal<N> {
     fn from(value: [f64; N]) -> Self {
         Self::Constant(value)
@@ -86,11 +109,9 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// First two derivatives with respect to time, to the right of a corner; of a function by forward
-    /// differences. Only a function can fail.
+    /// First two derivatives with respect to time, to the right of a corner, but not across a jump: of a function by forward
+    /// differences, or backward ones where it jumps right behind that time. Only a function can fail.
     pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
-        /// Seconds. Rounding and truncation errors are both below 1e-3 of signals that vary within seconds.
-        const APART: f64 = 1e-4;
         match self {
             Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),
             Self::Harmonic(harmonic) => {
@@ -99,12 +120,27 @@ impl<const N: usize> Signal<N> {
             }
             Self::Table(table) => Ok([table.slope(t), [0.0; N]]),
             Self::Function(_) => {
-                let [here, next, last] = [self.at(t)?, self.at(t + APART)?, self.at(t + 2.0 * APART)?];
-                let bend = |i: usize| (here[i] - 2.0 * next[i] + last[i]) / (APART * APART);
-                let rate = |i: usize| (next[i] - here[i]) / APART - 0.5 * APART * bend(i);
-                Ok([std::array::from_fn(rate), std::array::from_fn(bend)])
+                let forward = self.differences(t, APART)?;
+                if !forward.may_jump() {
+                    return Ok(forward.rates);
+                }
+                let backward = self.differences(t, -APART)?;
+                let is_jump = forward.largest > JUMP * backward.largest.max(forward.smallest);
+                Ok(if is_jump { backward.rates } else { forward.rates })
             }
         }
+    }
+
+    /// Differences of values on one side of a time.
+    fn differences(&self, t: f64, apart: f64) -> Result<Differences<N>, Interrupted> {
+        let [here, next, last] = [self.at(t)?, self.at(t + apart)?, self.at(t + 2.0 * apart)?];
+        let [first, second]: [[f64; N]; 2] =
+            [std::array::from_fn(|i| next[i] - here[i]), std::array::from_fn(|i| last[i] - next[i])];
+        let bend = std::array::from_fn(|i| (second[i] - first[i]) / (apart * apart));
+        let rate = std::array::from_fn(|i| first[i] / apart - 0.5 * apart * bend[i]);
+        let sizes = [first, second].map(|values| values.into_iter().map(f64::abs).fold(0.0, f64::max));
+        let [smallest, largest] = [sizes[0].min(sizes[1]), sizes[0].max(sizes[1])];
+        Ok(Differences { rates: [rate, bend], smallest, largest })
     }
 
     /// The input, if the signal is one.
