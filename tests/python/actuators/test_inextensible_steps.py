@@ -167,6 +167,21 @@ def test_a_rope_that_is_taken_in_at_once_is_followed_within_a_step(dt):
     assert motion.balance.drift < 1e-6
 
 
+@pytest.mark.parametrize("way", [0.1, -0.1, -1e-3])
+@pytest.mark.parametrize("dt", [1e-3, 1e-2])
+def test_where_in_a_step_lengths_jump_does_not_matter(way, dt):
+    """Also right behind the end of a step, where their rates mean nothing."""
+    ends = []
+    for jumps in (lambda t: t > 0.3, lambda t: t >= 0.3, lambda t: t > 0.3 + dt / 2):
+        length = lambda t, jumps=jumps: ROPE + way * jumps(t)  # noqa: E731
+        motion = lissom.simulate(bob(rope(length)), 0.8, dt=dt, **place(0.3, -0.4))
+        assert motion.success, motion.message
+        assert motion.doubt is None
+        assert motion.balance.scale < 1.0
+        ends.append(motion.q[-1])
+    np.testing.assert_allclose(ends[1:], [ends[0]] * 2, atol=0.5 * dt)
+
+
 @pytest.mark.parametrize("dt", [1e-3, 2.5e-4])
 def test_what_winches_do_is_in_the_balance(dt):
     """A swinging ball that is pulled up: by a smooth length, and by one that jumps from step to step."""
