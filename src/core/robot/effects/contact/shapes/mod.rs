@@ -8,6 +8,5 @@ pub(crate) mod ellipse;
 pub(crate) mod elliptic_tube;
 pub(crate) mod height_field;
 pub(crate) mod obstacle;
-pub(crate) mod slide;
 mod spline;
 pub(crate) mod touch;
