@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import Robot, Rod
+from .._lissom import Robot, Via
 from ..common.arguments import with_number
 from ..model import fibres
 from ..model.views import Link, View
@@ -168,12 +168,15 @@ def has_limits(view: View) -> bool:
 
 def _is_actuated(model: Model, link: Link) -> bool:
     """Whether actuators act along the rod: the balance of forces in its sections holds them, too."""
-    if isinstance(model, Rod):
-        return bool(model.actuators)
     parts = [
         part for actuator in getattr(model, "actuators", ()) for part in getattr(actuator, "path", [actuator])
     ]
-    return any(getattr(part, "link", None) == link.name for part in parts)
+    for part in parts:
+        of_part = getattr(part, "link", "")
+        # Actuators of a rod name no link, nor do guides in the world.
+        if of_part == link.name or (of_part is None and not isinstance(part, Via)):
+            return True
+    return False
 
 
 def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:

@@ -531,7 +531,7 @@ def test_ctrl_c_keeps_the_parts_that_are_done(tmp_path):
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100)
     assert (done.returncode, done.stderr) == (130, "")
     numbers = json.loads((tmp_path / "lab" / "summary.json").read_text())
-    assert set(numbers) == {"lissom", "roots"}
+    assert set(numbers) == {"lissom", "setup", "roots"}
     assert (tmp_path / "lab" / "lab.html").exists()
 
 

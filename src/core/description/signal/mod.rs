@@ -109,9 +109,10 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// First two derivatives with respect to time, to the right of a corner, but not across a jump: of a function by forward
-    /// differences, or backward ones where it jumps right behind that time. Only a function can fail.
-    pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
+    /// First two derivatives with respect to time, to the right of a corner: of a function by forward differences. In steps of fixed
+    /// size, which go over jumps, by backward ones where it jumps right behind that time; runs by other methods end there, as they
+    /// see by these rates. Only a function can fail.
+    pub(crate) fn rates(&self, t: f64, sight: Sight) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
             Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),
             Self::Harmonic(harmonic) => {
@@ -121,7 +122,8 @@ impl<const N: usize> Signal<N> {
             Self::Table(table) => Ok([table.slope(t), [0.0; N]]),
             Self::Function(_) => {
                 let forward = self.differences(t, APART)?;
-                if !forward.may_jump() {
+                let goes_over_jumps = sight.dt > 0.0;
+                if !(goes_over_jumps && forward.may_jump()) {
                     return Ok(forward.rates);
                 }
                 let backward = self.differences(t, -APART)?;

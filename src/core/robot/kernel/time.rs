@@ -88,7 +88,7 @@ pub(crate) fn lag_loads<G: Turning>(work: &mut Workspace<G>, lag: f64) {
 /// time fails, its rates count as zero; the same failure occurs when the next time is set.
 pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     for &i in &plan.effects.loops.lengths {
-        let rates = plan.effects.actuation.actuators[i].command.rates(work.time);
+        let rates = plan.effects.actuation.actuators[i].command.rates(work.time, work.sight);
         work.effects.actuation.command_rates[i] = rates.map_or([0.0; 2], |[[rate], [bend]]| [rate, bend]);
     }
 }

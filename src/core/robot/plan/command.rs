@@ -29,9 +29,9 @@ impl<const N: usize> Command<N> {
     }
 
     /// First two time derivatives with constant inputs. Only a function can fail.
-    pub(crate) fn rates(&self, t: f64) -> Result<[[f64; N]; 2], Interrupted> {
+    pub(crate) fn rates(&self, t: f64, sight: Sight) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
-            Self::InTime(signal) => signal.rates(t),
+            Self::InTime(signal) => signal.rates(t, sight),
             Self::Input(_) => Ok([[0.0; N]; 2]),
         }
     }
