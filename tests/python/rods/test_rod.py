@@ -290,7 +290,8 @@ def parts(energy):
 
 
 def arguments_of(segment):
-    # Poisson's ratio replaces the shear modulus, the radius a section. The reference has no magnets, no limits.
+    # Poisson's ratio replaces the shear modulus, the radius a section. The reference has neither magnets
+    # nor limits.
     left_out = {"nodes", "basis", "radius", "section", "poisson_ratio", "magnetisation"}
     left_out |= {"min_bend_radius", "max_strain", "max_stress"}
     names = inspect.signature(lissom.Segment).parameters.keys() - left_out
