@@ -34,7 +34,7 @@ def test_example_runs(example, tmp_path):
     if example.stem in NEEDS:
         pytest.importorskip(NEEDS[example.stem])
     command = [sys.executable, "-W", "error", example, *SHORT.get(example.stem, [])]
-    # Ends what hangs; the slowest takes 20 s, on a machine with other work more than a minute.
+    # Ends what hangs. The slowest takes 44 s of processor time on a slow machine, and 92 s beside other work.
     run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=110)
     assert run.returncode == 0, run.stderr
     assert run.stdout.strip()
