@@ -7,7 +7,7 @@ use super::driven::Driven;
 use super::given::Given;
 use super::link::Link;
 use super::mimic::check_mimics;
-use super::span::size;
+use super::span::{size, starts};
 use crate::description::body::Body;
 use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_end;
@@ -237,12 +237,7 @@ impl Robot {
     /// Largest distance of stretched-out links and bodies from the first joint or rod that moves them, in metres; if this is zero, the
     /// size of what is there: radii of gyration, balls, tendons; then how far it can go; one if nothing tells any.
     pub fn length(&self) -> f64 {
-        let (mut starts, mut moves): (Vec<f64>, Vec<bool>) = (Vec::new(), Vec::new());
-        for link in &self.links {
-            let carrier = link.parent.filter(|&parent| moves[parent]);
-            starts.push(carrier.map_or(0.0, |parent| starts[parent] + self.way_to(link)));
-            moves.push(carrier.is_some() || link.coordinates() > 0 || link.driven.is_some());
-        }
+        let starts = starts(self);
         let of_links = self.links.iter().enumerate().map(|(i, link)| (i, link.length()));
         let of_bodies = self.all_bodies().map(|body| {
             let centre = size(body.centre);
@@ -251,9 +246,9 @@ impl Robot {
             (body.link, body.at.unwrap_or(self.links[body.link].length()) + beside)
         });
         let extents: Vec<(usize, f64)> = of_links.chain(of_bodies).collect();
-        let is_any_moving = moves.contains(&true);
-        let counted = extents.iter().filter(|&&(link, _)| moves[link] || !is_any_moving);
-        let longest = counted.map(|&(link, extent)| starts[link] + extent).fold(0.0, f64::max);
+        let is_any_moving = starts.iter().any(|&(_, moves)| moves);
+        let counted = extents.iter().filter(|&&(link, _)| starts[link].1 || !is_any_moving);
+        let longest = counted.map(|&(link, extent)| starts[link].0 + extent).fold(0.0, f64::max);
         let known = [longest, self.breadth(), self.travel()].into_iter().find(|length| *length > 0.0);
         known.unwrap_or(1.0)
     }

@@ -29,13 +29,8 @@ impl<'a> Spans<'a> {
         for body in robot.all_bodies() {
             extents[body.link] = extents[body.link].max(body.extent());
         }
-        let (mut arms, mut moves): (Vec<[f64; 2]>, Vec<bool>) = (Vec::new(), Vec::new());
-        for (link, &extent) in robot.links.iter().zip(&extents) {
-            let carrier = link.parent.filter(|&parent| moves[parent]);
-            let start = carrier.map_or(0.0, |parent| arms[parent][0] + robot.way_to(link));
-            arms.push([start, extent]);
-            moves.push(carrier.is_some() || link.coordinates() > 0 || link.driven.is_some());
-        }
+        let starts = starts(robot).into_iter().map(|(start, _)| start);
+        let arms = starts.zip(extents).map(|(start, extent)| [start, extent]).collect();
         Self { robot, arms }
     }
 
@@ -76,6 +71,17 @@ impl<'a> Spans<'a> {
     fn or_robot(&self, span: f64) -> f64 {
         if span > 0.0 { span } else { self.robot.length() }
     }
+}
+
+/// For every link, the distance along its chain from what moves it first, in metres, and whether anything does.
+pub(super) fn starts(robot: &Robot) -> Vec<(f64, bool)> {
+    let mut starts: Vec<(f64, bool)> = Vec::with_capacity(robot.links.len());
+    for link in &robot.links {
+        let carrier = link.parent.map(|parent| starts[parent]).filter(|&(_, moves)| moves);
+        let start = carrier.map_or(0.0, |(start, _)| start + robot.way_to(link));
+        starts.push((start, carrier.is_some() || link.coordinates() > 0 || link.driven.is_some()));
+    }
+    starts
 }
 
 pub(super) fn size(v: [f64; 3]) -> f64 {
