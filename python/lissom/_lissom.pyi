@@ -2089,7 +2089,7 @@ _AnyRobot = TypeVar("_AnyRobot", Robot, Rod)
 
 def choose_modes(
     rod: _AnyRobot,
-    t_end: float,
+    t_end: float | None = None,
     *,
     rtol: float = 0.0001,
     dt: float = 0.01,

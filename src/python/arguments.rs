@@ -37,7 +37,7 @@ extractors!(number: convert::number => f64 {
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
-    X alpha beta control_step duration first_step gamma max_seconds max_step rho_inf t t0
+    X alpha beta control_step dt duration first_step gamma max_seconds max_step rho_inf t t0 t_end
     tol
 });
 extractors!(whole: convert::whole => i64 { max_iter row });

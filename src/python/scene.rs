@@ -363,7 +363,7 @@ impl PyScene {
             let chosen = py.detach(|| scene.choose_modes(&mut signals(&mut raised)));
             raised.into_result()?;
             if let Some(modes) = chosen.or_raise()?
-                && !modes.status.is_success()
+                && !modes.is_success
             {
                 return Err(LissomError::new_err(format!("{}: modes: {}", scene.name, modes.message)));
             }

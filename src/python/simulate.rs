@@ -497,25 +497,30 @@ fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py,
     }
 }
 
-/// Choose the numbers of modes of a rod or robot for a requested accuracy.
+/// Interval of the times at which trials are compared by default, in seconds.
+const COMPARED_EVERY: f64 = 1e-2;
+
+/// Choose the numbers of modes of a rod or robot for a requested accuracy of a motion or an equilibrium.
 ///
-/// Trial runs with more modes of each strain show which modes affect the tip; these are kept. Strains that a perfectly
-/// symmetric motion does not excite get no modes. The cost is that of about five to fifteen simulations.
+/// Trials with more modes of each strain show which modes move the tip; these are kept. In equilibria, and in robots with closed
+/// loops or supports, those are kept that move any quarter of a segment. Strains that a perfectly symmetric motion does not excite
+/// get no modes. The cost is that of about five to fifteen simulations, or equilibria.
 ///
 /// Parameters
 /// ----------
 /// rod : Rod or Robot
 ///     Model whose numbers of modes are replaced.
-/// t_end : float
-///     End of the trial runs, seconds. They start at `t0` with zero coordinates and velocities.
+/// t_end : float, optional
+///     End of the trial runs, seconds. They start at `t0` with zero coordinates and velocities. By default modes are chosen for the
+///     equilibrium at `t0` that `statics` finds without a start.
 /// rtol : float
-///     Largest error of the tip due to the modes, relative to the rod's length.
+///     Largest error of the measured places due to the modes, relative to the rod's length.
 /// dt : float
-///     Interval of the times at which the tip is compared, seconds.
+///     Interval of the times at which runs are compared, seconds. Not for equilibria.
 /// segments : sequence of int, optional
 ///     Segments whose modes are chosen, counted link by link; by default all of them.
 /// t0 : float
-///     Start of the trial runs, seconds.
+///     Start of the trial runs, or time of the equilibrium, seconds.
 ///
 /// Returns
 /// -------
@@ -538,32 +543,47 @@ fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py,
 /// >>> rod = lissom.choose_modes(lissom.Rod([wire]), 0.5, rtol=1e-3)
 /// >>> rod.segments[0].modes
 /// {'bend_y': 4}
+///
+/// For an equilibrium:
+///
+/// >>> bent = lissom.choose_modes(lissom.Rod([wire], tip_force=(0, 0, -1)), rtol=1e-5)
+/// >>> lissom.statics(bent).space_error.relative < 1e-5
+/// True
 #[pyfunction]
 #[pyo3(
-    signature = (rod, t_end, *, rtol=accuracy::DEFAULT_RTOL, dt=1e-2, segments=None, t0=0.0),
-    text_signature = "(rod, t_end, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
+    signature = (rod, t_end=None, *, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0),
+    text_signature = "(rod, t_end=None, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
 pub(crate) fn choose_modes<'py>(
     #[pyo3(from_py_with = rod_of)] rod: &Bound<'py, PyRobot>,
-    #[pyo3(from_py_with = arguments::number::t_end)] t_end: f64,
+    #[pyo3(from_py_with = arguments::optional_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
-    #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+    #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
 ) -> PyResult<Bound<'py, PyAny>> {
     let description = rod.get().description();
     let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
-    let request = accuracy::Request::new(rtol, dt);
+    let purpose = match t_end {
+        Some(t_end) => accuracy::Purpose::Motion((t0, t_end)),
+        None if dt.is_some() => {
+            return Err(PyValueError::new_err(
+                "dt: expected nothing: it is for motions, which end at `t_end`",
+            ));
+        }
+        None => accuracy::Purpose::Equilibrium(t0),
+    };
+    let request = accuracy::Request::new(rtol, dt.unwrap_or(COMPARED_EVERY));
     let mut raised = Raised::default();
     let chosen = rod.py().detach(|| {
-        accuracy::choose_modes(description, &segments, (t0, t_end), request, &mut signals(&mut raised))
+        accuracy::choose_modes(description, &segments, purpose, request, &mut signals(&mut raised))
     });
     let modes = chosen.map_err(with_python_names).or_raise()?;
     if let Err(error) = raised.into_result() {
         let py = rod.py();
         return Err(with_result(py, error, || like(rod.as_any(), &modes.robot)));
     }
-    if !modes.status.is_success() {
+    if !modes.is_success {
         return Err(LissomError::new_err(modes.message));
     }
     like(rod.as_any(), &modes.robot)

@@ -395,11 +395,9 @@ pub(crate) fn statics<'py>(
     let mut model = native_with(model, t, u.as_deref())?;
     let n = model.facts().n;
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
-    let defaults = Options::default();
+    let defaults = Options::of(model.facts());
     let start = match (method, q0) {
-        // With growing loads, the path of equilibria has a kink at every new contact. Therefore the model is
-        // released.
-        ("auto", None) if load_steps.is_none() && model.facts().has_contact => Start::Descent(vec![0.0; n]),
+        ("auto", None) if load_steps.is_none() => defaults.start,
         ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
         ("auto", Some(q0)) => Start::Descent(q0),
         ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| vec![0.0; n])),
@@ -421,12 +419,10 @@ pub(crate) fn statics<'py>(
             "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
         ));
     }
-    let iterations =
-        defaults.max_iter * if model.facts().has_contact { core::ITERATIONS_OF_CONTACT } else { 1 };
     let options = Options {
         start,
         tol: tol.unwrap_or(defaults.tol),
-        max_iter: count(max_iter, "max_iter", iterations)?,
+        max_iter: count(max_iter, "max_iter", defaults.max_iter)?,
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         stability,
     };

@@ -54,7 +54,7 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::model::pendulum::SpringPendulum;
 use crate::robot;
 use crate::simulation::accuracy;
-use crate::simulation::accuracy::Modes;
+use crate::simulation::accuracy::{Modes, Purpose};
 
 pub use arrays::set_aside;
 pub use described::to_toml;
@@ -268,9 +268,10 @@ impl Scene {
         }
         let Simulation { rtol, dt, output_dt, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_dt.unwrap_or(dt).min(self.simulation.duration()));
+        let purpose = Purpose::Motion(self.simulation.t_span());
         let modes =
-            accuracy::choose_modes(&robot, &self.open_modes, self.simulation.t_span(), request, monitor)?;
-        if modes.status.is_success() {
+            accuracy::choose_modes(&robot, &self.open_modes, purpose, request, monitor)?;
+        if modes.is_success {
             self.set_model(match &self.model {
                 Model::Rod(rod) => Model::Rod(rod.with_segments_of(&modes.robot)),
                 _ => Model::Robot(modes.robot.clone()),

@@ -42,7 +42,7 @@ mod tied_newton;
 pub use equations::Counters;
 pub use growth::InputPath;
 pub use halted::Monitor;
-pub use options::{ContinuationOptions, ITERATIONS_OF_CONTACT, MAX_STOPS, Options, Start};
+pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
 pub use space_error::{Effort, Estimate, LARGE, SpaceError, space_error};

@@ -2,6 +2,7 @@
 
 use super::growth::InputPath;
 use crate::error::{Checker, InvalidInput};
+use crate::model::Facts;
 
 /// Tolerance for the scaled norm of the last Newton step: for a rod about the error of its shape in radians.
 const TOLERANCE: f64 = 1e-10;
@@ -14,7 +15,7 @@ const MAX_STEPS: usize = 500;
 
 /// Factor for the default limit in models with contact, where every point that begins or ceases to touch
 /// takes an additional iteration.
-pub const ITERATIONS_OF_CONTACT: usize = 10;
+const ITERATIONS_OF_CONTACT: usize = 10;
 
 /// Maximum number of load factors at which a path stops: at a millisecond each they take a quarter of an
 /// hour.
@@ -77,6 +78,17 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Options of a search that is given no start in a model with these facts. With growing loads, the path of equilibria has a kink at
+    /// every new contact; a model with contact is therefore released.
+    pub fn of(facts: &Facts) -> Self {
+        let usual = Self::default();
+        if !facts.has_contact {
+            return usual;
+        }
+        let max_iter = ITERATIONS_OF_CONTACT * usual.max_iter;
+        Self { start: Start::Descent(vec![0.0; facts.n]), max_iter, ..usual }
+    }
+
     pub(super) fn check(&self, n: usize) -> Result<(), InvalidInput> {
         let mut check = Checker::new();
         match &self.start {

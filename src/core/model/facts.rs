@@ -41,6 +41,8 @@ pub struct Facts {
     pub is_one_sided: bool,
     /// Whether the model has contacts, whose forces set in abruptly, so that very fast vibrations must be damped.
     pub has_contact: bool,
+    /// Whether rods take part in contacts: their impacts last as long as waves along them, and there are many of them.
+    pub has_rods_in_contact: bool,
     /// Whether a joint has stops, or a tendon has a stiffness and can become slack: springs that act one way only.
     pub has_stops: bool,
     /// Whether some forces act only in part of the state space: contacts, joint stops, slack tendons, saturated motors.
@@ -100,6 +102,7 @@ impl Facts {
             gap_sizes: Vec::new(),
             is_one_sided: false,
             has_contact: false,
+            has_rods_in_contact: false,
             has_stops: false,
             has_one_sided_forces: false,
             has_tendon_friction: false,

@@ -7,6 +7,7 @@ use super::sweeps::Sweeps;
 use super::turning::Turning;
 use crate::model::{Facts, Holder};
 use crate::robot::effects::actuator::Actuator;
+use crate::robot::effects::contact::Contact;
 
 /// Facts of a compiled robot.
 pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Coordinates) -> Facts {
@@ -38,6 +39,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         gap_sizes,
         is_one_sided: !sweeps.slack().is_empty(),
         has_contact,
+        has_rods_in_contact: robot.contacts.iter().any(Contact::has_rod),
         has_stops,
         has_one_sided_forces: has_contact || has_stops || robot.actuators.iter().any(Actuator::is_one_sided),
         has_tendon_friction,

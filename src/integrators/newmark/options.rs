@@ -5,6 +5,7 @@ use crate::description::schema::Described;
 use crate::error::{Checker, InvalidInput, Number};
 use crate::integrators::ode::Tolerance;
 use crate::integrators::second_order::check_problem;
+use crate::model::Facts;
 use crate::numerics::roots::Derivative;
 
 /// Initial guess of the accelerations of a step, before the first Newton iteration.
@@ -23,11 +24,25 @@ pub enum Predictor {
 /// What becomes of impacts that are shorter than steps of fixed size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Impacts {
-    /// They stop what meets.
+    /// Resolved where only rigid shapes meet, stopped where rods take part in contacts.
     #[default]
+    Auto,
+    /// They stop what meets.
     Stopped,
     /// Simulations make the steps in which something rebounds once more, by Radau's method.
     Resolved,
+}
+
+impl Impacts {
+    /// Whether impacts of a model with these facts are resolved. Steps that are made once more do not look for tendons that do not stretch.
+    pub(crate) fn are_resolved(self, facts: &Facts) -> bool {
+        let asks = match self {
+            Self::Auto => !facts.has_rods_in_contact,
+            Self::Stopped => false,
+            Self::Resolved => true,
+        };
+        asks && facts.has_contact && !facts.is_one_sided
+    }
 }
 
 /// Step-size selection.
@@ -94,7 +109,7 @@ pub struct Options {
     /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
     /// Default: true.
     pub reuse_jacobian: bool,
-    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Stopped`].
+    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Auto`].
     pub impacts: Impacts,
     /// Accelerations at the start; `None` solves for them.
     pub initial_acceleration: Option<Vec<f64>>,

@@ -47,7 +47,7 @@ use crate::integrators::second_order;
 use crate::simulation::simulate::{Simulation, grid};
 use crate::simulation::stepping::{Start, check_span};
 
-pub use modes::{Modes, choose_modes};
+pub use modes::{Modes, Purpose, choose_modes};
 pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
 
 use run::Plan;

@@ -1,15 +1,15 @@
-//! Choice of the number of modes of each strain for a motion.
+//! Choice of the number of modes of each strain for a motion or an equilibrium.
 
 use super::missing::SAFETY;
 use super::paths::{distances, largest};
 use super::request::Request;
 use super::run::{Plan, Run};
+use crate::analysis::statics::{self, Effort};
 use crate::description::rod::{MAX_MODES, STRAINS};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{Dynamics as _, InTime as _};
 use crate::numerics::linalg::Matrix;
-use crate::robot::{Robot, RobotModel};
-use crate::simulation::simulate::{Simulation, Status};
+use crate::robot::{Place, Robot, RobotModel};
 
 /// Initial modes: two for bending, none for other strains.
 const FIRST_MODES: [usize; STRAINS] = [0, 2, 2, 0, 0, 0];
@@ -32,37 +32,52 @@ const TRIALS: usize = 24;
 /// Number of states of a trial that are examined.
 const STATES: usize = 32;
 
+/// Places of each segment that are measured beside tips.
+const SECTIONS: usize = 4;
+
+/// What modes are chosen for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Purpose {
+    /// The motion from rest over this interval, in seconds.
+    Motion((f64, f64)),
+    /// The equilibrium at this time, in seconds, to which loads lead that grow from zero; with contact the one in which the straight
+    /// model comes to rest.
+    Equilibrium(f64),
+}
+
 /// Result of a choice of modes.
 #[derive(Clone, Debug)]
 pub struct Modes {
     /// The robot with the chosen modes; after an interruption with those that the trials until then needed.
     pub robot: Robot,
-    /// Change of the tip by the additional modes of the last trial, relative to the length; `None` without
+    /// Change of the measured places by the additional modes of the last trial, relative to the length; `None` without
     /// such a trial.
     pub space_error: Option<f64>,
-    /// `Finished`, or the status of the trial that failed, or [`Status::AccuracyNotReached`].
-    pub status: Status,
-    /// Status in words.
+    /// Whether the robot has the accuracy.
+    pub is_success: bool,
+    /// What was found, or why not, in words.
     pub message: String,
 }
 
-/// Chooses the numbers of modes of the segments `open` of a robot, counted link by link, such that its motion
-/// from rest over `t_span` has the requested accuracy with respect to modes. Each trial has additional modes
-/// of every strain and keeps those that move the tip. `monitor` is called with the time after every step of
-/// every trial and may stop the search.
+/// Chooses the numbers of modes of the segments `open` of a robot, counted link by link, such that its motion or equilibrium
+/// has the requested accuracy with respect to modes. Each trial has additional modes of every strain and keeps those that move
+/// tips; in equilibria, and in robots with closed loops or supports, those that move any section. `monitor` is called with the time
+/// after every step of every trial and may stop the search.
 ///
-/// Strains that a symmetric motion does not excite get no modes. Costs about five to fifteen motions.
+/// Strains that a symmetric motion does not excite get no modes. Costs about five to fifteen motions or equilibria.
 pub fn choose_modes(
     robot: &Robot,
     open: &[usize],
-    t_span: (f64, f64),
+    purpose: Purpose,
     request: Request,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Modes, InvalidInput> {
     request.validate()?;
     let mut check = Checker::new();
-    let (t0, t_end) = t_span;
-    if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)") {
+    let (Purpose::Motion((t0, _)) | Purpose::Equilibrium(t0)) = purpose;
+    if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)")
+        && let Purpose::Motion((_, t_end)) = purpose
+    {
         let expected = format!("a finite number > {} (seconds)", Number(t0));
         check.require(t_end.is_finite() && t_end > t0, "t_span[1]", Number(t_end), &expected);
     }
@@ -76,17 +91,21 @@ pub fn choose_modes(
         check.require(!is_there || is_nested, &place, "piecewise functions", expected);
     }
     check.finish()?;
-    let mut trials = Trials { open, t_span, request, monitor };
+    let mut trials = Trials { open, purpose, request, monitor };
     let mut modes = vec![FIRST_MODES; open.len()];
     let mut kept = KEPT;
     let mut space_error = None;
-    let ended = |failed: Failed, modes: &[[usize; STRAINS]], space_error| match failed.0.status {
-        status if status.is_interrupted() => {
-            let message =
-                "The trials were interrupted: these are the modes that they needed by then.".to_owned();
-            Modes { robot: with_modes(robot, open, modes), space_error, status, message }
-        }
-        _ => failed.choice(robot.clone(), space_error),
+    let ended = |failed: Failed, modes: &[[usize; STRAINS]], space_error| {
+        let (robot, message) = match failed {
+            Failed::Interrupted => {
+                let message = "The trials were interrupted: these are the modes that they needed by then.";
+                (with_modes(robot, open, modes), message.to_owned())
+            }
+            Failed::Because(why) => {
+                (robot.clone(), format!("No modes were chosen, because a trial failed. {why}"))
+            }
+        };
+        Modes { robot, space_error, is_success: false, message }
     };
     for _ in 0..TRIALS {
         let more: Vec<[usize; STRAINS]> = modes.iter().map(|modes| modes.map(more)).collect();
@@ -108,14 +127,15 @@ pub fn choose_modes(
             Ok(trial) => trial,
             Err(failed) => return Ok(ended(failed, &modes, space_error)),
         };
-        let error = SAFETY * largest(&distances(&fine.tips, &coarse.tips)) / robot.length();
+        let error = SAFETY * largest(&distances(&fine.places, &coarse.places)) / robot.length();
+        let error = error.max(coarse.space_error.unwrap_or(0.0));
         space_error = Some(error);
         if error <= request.rtol {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
             if coarse.model.facts().n == 0 {
-                return Ok(unmoved(robot, open, error, fine.simulation.status));
+                return Ok(unmoved(robot, open, error));
             }
-            return Ok(Modes { robot: coarse.robot, space_error, status: fine.simulation.status, message });
+            return Ok(Modes { robot: coarse.robot, space_error, is_success: true, message });
         }
         kept *= SMALLER;
         modes = more;
@@ -124,21 +144,16 @@ pub fn choose_modes(
         "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",
         request.rtol
     );
-    Ok(Modes {
-        robot: with_modes(robot, open, &modes),
-        space_error,
-        status: Status::AccuracyNotReached,
-        message,
-    })
+    Ok(Modes { robot: with_modes(robot, open, &modes), space_error, is_success: false, message })
 }
 
 /// Result if nothing moves by the requested accuracy.
-fn unmoved(robot: &Robot, open: &[usize], error: f64, status: Status) -> Modes {
+fn unmoved(robot: &Robot, open: &[usize], error: f64) -> Modes {
     let one_bend = [0, 1, 0, 0, 0, 0];
     let message = "Nothing moves the tip by as much as the accuracy: one mode of bending is there because a rod needs one. If a load \
                    was meant to, look at its times and at its size.";
     let robot = with_modes(robot, open, &vec![one_bend; open.len()]);
-    Modes { robot, space_error: Some(error), status, message: message.to_owned() }
+    Modes { robot, space_error: Some(error), is_success: true, message: message.to_owned() }
 }
 
 /// Number of modes of a strain in a trial.
@@ -158,28 +173,28 @@ fn with_modes(robot: &Robot, open: &[usize], modes: &[[usize; STRAINS]]) -> Robo
 /// Data shared by all trials.
 struct Trials<'a> {
     open: &'a [usize],
-    t_span: (f64, f64),
+    purpose: Purpose,
     request: Request,
     monitor: &'a mut dyn FnMut(f64) -> Result<(), Interrupted>,
 }
 
-/// A motion with a given number of modes.
+/// A motion or an equilibrium with a given number of modes.
 struct Trial {
     robot: Robot,
     model: RobotModel,
-    simulation: Simulation,
-    tips: Vec<[f64; 3]>,
+    /// Times and coordinates of its states, one after the other.
+    t: Vec<f64>,
+    q: Vec<f64>,
+    /// Measured places at all times.
+    places: Vec<[f64; 3]>,
+    /// What even more modes would change, relative to the length, where that is known without another trial.
+    space_error: Option<f64>,
 }
 
-/// A motion that did not reach its end.
-struct Failed(Simulation);
-
-impl Failed {
-    fn choice(self, robot: Robot, space_error: Option<f64>) -> Modes {
-        let Simulation { status, message, .. } = self.0;
-        let message = format!("No modes were chosen, because a trial failed. {message}");
-        Modes { robot, space_error, status, message }
-    }
+/// Why there is no trial.
+enum Failed {
+    Interrupted,
+    Because(String),
 }
 
 impl Trials<'_> {
@@ -189,17 +204,62 @@ impl Trials<'_> {
         modes: &[[usize; STRAINS]],
     ) -> Result<Result<Trial, Failed>, InvalidInput> {
         let robot = with_modes(robot, self.open, modes);
-        let mut model = RobotModel::new(&robot)?;
+        let model = RobotModel::new(&robot)?;
+        match self.purpose {
+            Purpose::Motion(t_span) => self.motion(robot, model, t_span),
+            Purpose::Equilibrium(t) => self.equilibrium(robot, model, t),
+        }
+    }
+
+    fn motion(
+        &mut self,
+        robot: Robot,
+        mut model: RobotModel,
+        t_span: (f64, f64),
+    ) -> Result<Result<Trial, Failed>, InvalidInput> {
         let rest = vec![0.0; model.facts().n];
         let tolerance = TRIAL_TOLERANCE * self.request.rtol;
         let request = Request { rtol: tolerance, ..self.request };
-        let plan = Plan::new(&mut model, self.t_span, [&rest, &rest], request, None, self.monitor)?;
+        let plan = Plan::new(&mut model, t_span, [&rest, &rest], request, None, self.monitor)?;
         let run = plan.run(tolerance, f64::INFINITY, self.monitor)?;
-        if !run.is_success() {
-            return Ok(Err(Failed(run.simulation)));
-        }
+        let is_success = run.is_success();
         let Run { simulation, tips, .. } = run;
-        Ok(Ok(Trial { robot, model, simulation, tips }))
+        if !is_success {
+            let is_interrupted = simulation.status.is_interrupted();
+            return Ok(Err(if is_interrupted {
+                Failed::Interrupted
+            } else {
+                Failed::Because(simulation.message)
+            }));
+        }
+        let (t, q) = (simulation.t, simulation.q);
+        Ok(Ok(Trial { robot, model, t, q, places: tips, space_error: None }.with_sections()))
+    }
+
+    fn equilibrium(
+        &mut self,
+        robot: Robot,
+        mut model: RobotModel,
+        t: f64,
+    ) -> Result<Result<Trial, Failed>, InvalidInput> {
+        if model.set_time(t).is_err() {
+            return Ok(Err(Failed::Interrupted));
+        }
+        let options = statics::Options { stability: false, ..statics::Options::of(model.facts()) };
+        let mut monitor = || (self.monitor)(t);
+        let Ok(found) = statics::equilibrium(&mut model, &options, &mut monitor)? else {
+            return Ok(Err(Failed::Interrupted));
+        };
+        if !found.status.is_success() {
+            return Ok(Err(Failed::Because(found.message)));
+        }
+        let Ok(error) = statics::space_error(&mut model, &found, (t, None), Effort::Full) else {
+            return Ok(Err(Failed::Interrupted));
+        };
+        let mut places = Vec::new();
+        model.places(&found.q, &mut places);
+        let space_error = error.map(|error| error.relative);
+        Ok(Ok(Trial { robot, model, t: vec![t], q: found.q, places, space_error }.with_sections()))
     }
 
     /// Smallest numbers of modes such that no further mode moves the tip by more than `tolerance` times the
@@ -223,22 +283,41 @@ impl Trials<'_> {
 }
 
 impl Trial {
-    /// Largest displacement of the tip by each coordinate, to first order, in metres.
+    /// Places along rods that are measured beside tips: where something holds these, and in equilibria.
+    fn sections(&self) -> Vec<Place> {
+        let facts = self.model.facts();
+        let is_held = facts.constraints() > 0 || facts.springs > 0;
+        if is_held || self.t.len() == 1 { self.model.places_along_rods(SECTIONS) } else { Vec::new() }
+    }
+
+    fn with_sections(mut self) -> Self {
+        let (sections, n) = (self.sections(), self.model.facts().n);
+        for (q, &t) in self.q.chunks_exact(n.max(1)).zip(&self.t) {
+            if sections.is_empty() || self.model.set_time(t).is_err() {
+                break;
+            }
+            let place = |place| self.model.pose_at(q, place).position.to_array();
+            self.places.extend(sections.iter().map(place));
+        }
+        self
+    }
+
+    /// Largest displacement of the measured places by each coordinate, to first order, in metres.
     fn moved(&self) -> Vec<f64> {
         let mut model = self.model.clone();
         let n = model.facts().n;
-        let tips = model.tips_of_rods();
+        let places = [model.tips_of_rods(), self.sections()].concat();
         let mut jacobian = Matrix::zeros(6, n);
         let mut moved = vec![0.0_f64; n];
-        let states = self.simulation.q.chunks_exact(n.max(1));
+        let states = self.q.chunks_exact(n.max(1));
         let every = states.len().div_ceil(STATES).max(1);
-        for (q, &t) in states.zip(&self.simulation.t).rev().step_by(every) {
+        for (q, &t) in states.zip(&self.t).rev().step_by(every) {
             // The run has already evaluated this time; a failure here has occurred there too.
             if model.set_time(t).is_err() {
                 continue;
             }
-            for tip in &tips {
-                model.jacobian_at(q, tip, &mut jacobian);
+            for place in &places {
+                model.jacobian_at(q, place, &mut jacobian);
                 for (k, moved) in moved.iter_mut().enumerate() {
                     let velocity = (3..6).map(|i| jacobian[(i, k)].powi(2)).sum::<f64>().sqrt();
                     *moved = moved.max(velocity * q[k].abs());

@@ -5,6 +5,7 @@ use crate::error::{Checker, InvalidInput, Number};
 use crate::integrators::newmark;
 use crate::integrators::ode;
 use crate::integrators::radau;
+use crate::model::Facts;
 
 /// Integration method of a motion, with its options.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,10 +57,10 @@ impl Method {
         }
     }
 
-    /// Whether steps of fixed size that stop an impact are made once more.
-    pub(crate) fn resolves_impacts(&self) -> bool {
+    /// Whether steps of fixed size that stop an impact of a model with these facts are made once more.
+    pub(crate) fn resolves_impacts(&self, facts: &Facts) -> bool {
         self.fixed_step().is_some()
-            && matches!(self, Self::Newmark(options) if options.impacts == newmark::Impacts::Resolved)
+            && matches!(self, Self::Newmark(options) if options.impacts.are_resolved(facts))
     }
 }
 

@@ -381,6 +381,20 @@ impl RobotModel {
         rods.map(|link| self.place_on(link, None)).collect()
     }
 
+    /// Ends of equal parts of all segments, this many of each.
+    pub fn places_along_rods(&self, parts: usize) -> Vec<Place> {
+        let mut places = Vec::new();
+        for (link, described) in self.robot.links.iter().enumerate() {
+            let mut start = 0.0;
+            for segment in &described.rod {
+                let ends = (1..=parts).map(|i| start + segment.length * (i as f64 / parts as f64));
+                places.extend(ends.map(|x| self.place_on(link, Some(x))));
+                start += segment.length;
+            }
+        }
+        places
+    }
+
     /// Pose of a place of this robot. Several places in the same state cost little more than one.
     pub fn pose_at(&mut self, q: &[f64], place: &Place) -> Pose {
         let Self { sweeps, coordinates, .. } = self;

@@ -101,8 +101,7 @@ impl<M: Model> Run<M> {
         model.set_steps(method.fixed_step().unwrap_or(0.0));
         model.start_at(t_span.0);
         let facts = model.facts();
-        // Steps that are made once more do not look for tendons that do not stretch.
-        let resolves_impacts = method.resolves_impacts() && facts.has_contact && !facts.is_one_sided;
+        let resolves_impacts = method.resolves_impacts(facts);
         let may_resolve = method.fixed_step().is_some() && !facts.is_one_sided;
         let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;

@@ -209,6 +209,11 @@ impl Contact {
     /// Default slip velocity in m/s, far below the velocities of robots.
     pub const SLIP_VELOCITY: f64 = 1e-4;
 
+    /// Whether one of its surfaces is that of a rod.
+    pub fn has_rod(&self) -> bool {
+        self.surfaces.iter().any(|surface| matches!(surface, Surface::Rod { .. }))
+    }
+
     /// A contact with the default stiffness and without friction.
     pub fn between(name: &str, surfaces: [Surface; 2]) -> Self {
         Self {
