@@ -16,6 +16,7 @@ use crate::robot::effects::contact::shapes::ellipse::{Nearest as Rim, Rolling};
 use crate::robot::effects::contact::shapes::elliptic_tube;
 use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
+use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
 use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
 use crate::robot::effects::contact::state::{Share, Span, Standing, Term, Touch};
 use crate::robot::plan::Plan;
@@ -25,6 +26,9 @@ use std::ops::Range;
 
 /// Overlaps of less than that part of the radius of a rod need not be found: they press by as little.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// Where an overlap begins or ends, the gap is less than that part of the radius: it is found to rounding.
+const JUST: f64 = 1e-8;
 
 /// Places of a part that are looked at because parts of another rod are near, at most, and how far apart they are at least.
 const MOST_HINTS: usize = 8;
@@ -122,24 +126,34 @@ struct First {
     share: Option<Share>,
 }
 
+/// Where an overlap along a curve begins or ends.
+pub(super) struct Edge {
+    /// Of the second side, and the centres of both.
+    pub(super) on: Standing,
+    pub(super) centres: [Vector<f64>; 2],
+    pub(super) normal: Vector<f64>,
+    /// How the gap changes along the fraction of the curve.
+    pub(super) change: f64,
+}
+
 /// What of the surface of a rod is nearest to a point, whose nearest place on the axis is known.
 fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Nearest {
     let [position, slope, bend] = part.at(x);
     let way = point - position;
     let radius = part.radius(x);
     let on = Standing::Along { curve, x: part.from + part.part * x };
-    // As seen from the point the surface bends about the axis, unless the place is an end.
     let square = slope.dot(slope);
-    let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
-    let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
-    let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
     if let Some(semi_axes) = part.semi_axes(x) {
+        let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
+        let is_inside = slope.dot(way).abs() <= AT_RIGHT_ANGLE * (square * way.dot(way)).sqrt();
         let section = Section { centre: position, along, semi_axes };
         let course = is_inside.then(|| part.course(x));
         let distance = elliptic_tube::distance(point, &section, course.as_ref());
         return Nearest { distance, on, centre: None, radius: smaller(semi_axes), is_carried: true };
     }
-    let distance = Distance::from_curve(way, radius, is_inside.then_some((along, stretch)));
+    let slide = Slide::new(way, [slope, bend], part.widening());
+    let turning = slide.as_ref().map(|slide| (slide.across, slide.stretch));
+    let distance = Distance::from_curve(way, radius, turning);
     Nearest { distance, on, centre: None, radius, is_carried: false }
 }
 
@@ -163,10 +177,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         &self.spans[curve.first_sample..][..curve.samples.len() - 1]
     }
 
-    /// Finds where the two of a pair touch.
-    pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
+    /// Calls `then` with the second side of a pair, unless that is a body.
+    fn beside<T>(&self, p: usize, pair: &Pair, then: impl FnOnce(Other<'_>) -> T) -> Option<T> {
         let round;
-        let other = match &pair.sides[1] {
+        Some(then(match &pair.sides[1] {
             Side::Solid(solid) => {
                 let on = Standing::of(self.plan.effects.contacts.solids[*solid].on);
                 Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
@@ -181,8 +195,47 @@ impl<'a, G: Turning> Scene<'a, G> {
             Side::Rod(curves) => {
                 Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
             }
-            Side::Body(_) => return,
+            Side::Body(_) => return None,
+        }))
+    }
+
+    /// Finds where the two of a pair touch.
+    pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
+        self.beside(p, pair, |other| self.meet_other(p, pair, other, found));
+    }
+
+    /// How the gap of a pair changes at a place of the first side's curve, at a fraction of it in the part that holds `inside`;
+    /// `None` where the surfaces do not only just touch there, or on sections that are not round.
+    pub(super) fn edge(&self, p: usize, [c, index]: [usize; 2], x: f64) -> Option<Edge> {
+        let pair = &self.plan.effects.contacts.pairs[p];
+        let part = self.part(c, index);
+        if part.half_extents.is_some() {
+            return None;
+        }
+        let at = (x - part.from) / part.part;
+        let [centre, slope, _] = part.at(at);
+        let arc = part.arc + part.length * at;
+        let nearest = self.beside(p, pair, |other| self.nearest(&other, centre, Some(arc)))??;
+        let gap = nearest.distance.value - part.radius(at);
+        if gap.abs() > JUST * part.radius(at) {
+            return None;
+        }
+        let normal = nearest.distance.normal;
+        let change = (normal.dot(slope) - part.widening()) / part.part;
+        if change == 0.0 {
+            return None;
+        }
+        let other = match (nearest.on, nearest.centre) {
+            (Standing::Along { curve, x }, _) if !nearest.is_carried => {
+                Shape::new(&self.plan.effects.contacts.curves[curve], self.terms, self.axes).at(x)[0]
+            }
+            (_, of_other) => of_other.unwrap_or(centre),
         };
+        Some(Edge { on: nearest.on, centres: [centre, other], normal, change })
+    }
+
+    /// The same with the second side.
+    fn meet_other(&self, p: usize, pair: &Pair, other: Other<'_>, found: &mut Found<'_, G::Pack>) {
         match &pair.sides[0] {
             Side::Ball(ball) => {
                 let Ball { on, radius, thickness, .. } = self.plan.effects.contacts.balls[*ball];
@@ -305,7 +358,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             self.meet_along_ellipses(p, c, part, other, found);
             return;
         }
-        let widening = part.radii[1] - part.radii[0];
+        let widening = part.widening();
         let nearest =
             |x: f64, place: Vector<f64>| self.nearest(other, place, Some(part.arc + part.length * x));
         let gap_to = |x: f64, slope: Vector<f64>, nearest: Option<Nearest>| {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::numerics::lie::{Geometry, LANES, Lanes, Twist, Vector};
+use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector};
 use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
@@ -288,6 +288,36 @@ pub(crate) struct ContactTangent<G: Geometry> {
     pub(crate) faster: [Vec<f64>; 12],
     pub(crate) answers: [Vec<f64>; 12],
     pub(crate) followed: Followed,
+    pub(crate) rows: Rows<G::Pack>,
+}
+
+/// Memory for how places slide (see `effect::contact::sliding`): rows with an entry for each coordinate, like those above.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<P> {
+    /// The interval whose ends are known, and how these move along its curve.
+    pub(crate) interval: Option<Interval>,
+    pub(crate) ends: [Vec<f64>; 2],
+    /// How the place on the second side slides because the slope of its rod changes at the nodes, and how both places slide.
+    pub(crate) of_slopes: Vec<f64>,
+    pub(crate) slides: [Vec<f64>; 2],
+    /// What the sides answer because the shares of their nodes change, for a unit of the slide.
+    pub(crate) shares: [Vec<f64>; 2],
+    /// Memory for weights of nodes, and for polynomials.
+    pub(crate) at: Vec<P>,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) polynomials: Vec<f64>,
+}
+
+/// An interval of a curve that is touched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Interval {
+    /// Indices of the pair and of the curve.
+    pub(crate) of: [usize; 2],
+    /// Fractions of the curve.
+    pub(crate) from: f64,
+    pub(crate) length: f64,
+    /// Whether any of its ends moves along the curve.
+    pub(crate) is_moving: bool,
 }
 
 /// Linearisation of friction in an iteration (see `effect::contact::follow`).
@@ -326,6 +356,7 @@ impl<G: Space> ContactTangent<G> {
             Some(*first)
         }));
         let pieces = firsts.len() - 1;
+        let nodes = contacts.packs * LANES;
         Self {
             is_known: vec![false; pieces],
             at_nodes: vec![[Twist::zero(); 2]; firsts[pieces]],
@@ -338,6 +369,16 @@ impl<G: Space> ContactTangent<G> {
                 is_new: true,
                 now: Vec::with_capacity(contacts.capacity),
                 before: Vec::with_capacity(contacts.capacity),
+            },
+            rows: Rows {
+                interval: None,
+                ends: std::array::from_fn(|_| vec![0.0; numbers]),
+                of_slopes: vec![0.0; numbers],
+                slides: std::array::from_fn(|_| vec![0.0; numbers]),
+                shares: std::array::from_fn(|_| vec![0.0; numbers]),
+                at: vec![<G::Pack as Scalar>::splat(0.0); contacts.packs],
+                weights: vec![0.0; nodes],
+                polynomials: vec![0.0; nodes + 1],
             },
         }
     }

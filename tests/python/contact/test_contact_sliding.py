@@ -1,0 +1,169 @@
+"""Tangents where places of contact slide along rods when these move, against differences of the forces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+import lissom
+
+RADIUS = 0.01
+LENGTH = 0.5
+MODES = {"torsion": 1, "bend_y": 3, "bend_z": 3, "stretch": 1}
+
+
+def about(axis, angle):
+    axis = np.asarray(axis) / np.linalg.norm(axis)
+    return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * axis])
+
+
+def product(a, b):
+    return np.concatenate(
+        [[a[0] * b[0] - a[1:] @ b[1:]], a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:])]
+    )
+
+
+def rotated(quaternion, vector):
+    inverse = quaternion * [1, -1, -1, -1]
+    return product(product(quaternion, np.concatenate([[0.0], vector])), inverse)[1:]
+
+
+def free_rod(name, radius, position=(0, 0, 0), orientation=(1, 0, 0, 0), unit=1.0):
+    radius = np.multiply(radius, unit)
+    segment = lissom.Segment(
+        LENGTH * unit, radius=tuple(radius) if np.ndim(radius) else float(radius), young_modulus=1e6 / unit,
+        poisson_ratio=0.45, density=1000, modes=MODES,
+    )  # fmt: skip
+    place = np.multiply(position, unit)
+    return lissom.Link(name, joint=lissom.Free(), rod=[segment], position=place, orientation=orientation)
+
+
+def crossed(gap, angle, radii, *, turn=(1.0, 0, 0, 0), unit=1.0, **constants):
+    """A rod and another one above it, at this angle, `gap` between the axes; in other units, and turned."""
+    turn = np.asarray(turn) / np.linalg.norm(turn)
+    place = (0.22 - 0.23 * np.cos(angle), -0.23 * np.sin(angle), gap)
+    over = product(turn, about((0, 0, 1), angle))
+    links = [
+        free_rod("a", radii[0], orientation=turn, unit=unit),
+        free_rod("b", radii[1], rotated(turn, place), over, unit=unit),
+    ]
+    contact = lissom.Contact("a", "b", stiffness=1e5, slip_velocity=0.05 * unit, **constants)
+    return lissom.Robot(links, gravity=(0, 0, 0), contacts=[contact])
+
+
+def sizes_of(robot, unit=1.0):
+    """A unit of each coordinate, as it is without the unit of length: metres, radians, strains per metre."""
+    sizes = np.ones(robot.n)
+    for link in robot.links:
+        own = robot.slice(link.name)
+        sizes[own.start : own.start + 3] = unit
+        if own.stop - own.start > 6:
+            sizes[own.start + 6 : own.stop - 1] = 1 / unit
+    return sizes
+
+
+def compared(robot, q, v, sizes):
+    """Stiffness of contact by differences; errors of tangents and of that, relative to the largest entry."""
+    a = np.zeros(robot.n)
+    free = lissom.Robot(robot.links, gravity=robot.gravity)
+
+    def forces(q, v):
+        return (robot.inverse_dynamics(q, v, a) - free.inverse_dynamics(q, v, a)) * sizes
+
+    def differences(change, h):
+        def along(e):
+            steps = zip((8.0, -8.0, -1.0, 1.0), (h, -h, 2 * h, -2 * h), strict=True)
+            return sum(weight * change(step * e) for weight, step in steps) / (12 * h)
+
+        return np.transpose([along(e) for e in np.diag(sizes)])
+
+    moved, wider = (differences(lambda d: forces(q + d, v), h) for h in (1e-6, 2e-6))
+    faster = differences(lambda d: forces(q, v + d), 1e-4)
+    stiffness, damping, _ = (
+        (mine - other) * np.outer(sizes, sizes)
+        for mine, other in zip(robot.tangent(q, v, a), free.tangent(q, v, a), strict=True)
+    )
+    largest = np.abs(moved).max()
+    if largest == 0.0:
+        return moved, 0.0, 0.0, 0.0
+    error_of_damping = np.abs(damping - faster).max() / max(np.abs(faster).max(), 1e-300)
+    return (
+        moved,
+        np.abs(stiffness - moved).max() / largest,
+        error_of_damping,
+        np.abs(moved - wider).max() / largest,
+    )
+
+
+def bent(robot, seed, sizes):
+    random = np.random.default_rng(seed)
+    q = 0.05 * random.standard_normal(robot.n)
+    for link in robot.links:
+        start = robot.slice(link.name).start
+        q[start : start + 6] = 1e-4 * random.standard_normal(6)
+    return q * sizes, 0.05 * random.standard_normal(robot.n) * sizes
+
+
+@settings(max_examples=15, deadline=None, derandomize=True)
+@given(
+    angle=st.floats(0.2, 1.57),
+    share=st.floats(0.03, 0.5),
+    radii=st.tuples(st.floats(0.004, 0.012), st.floats(0.004, 0.012)),
+    taper=st.sampled_from([0.0, 0.2]),
+    friction=st.sampled_from([0.0, 0.5]),
+    unit=st.sampled_from([1.0, 1e-3, 30.0]),
+    turn=st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda t: np.linalg.norm(t) > 0.3),
+    seed=st.integers(0, 1000),
+)
+def test_tangents_of_rods_on_rods_are_exact(angle, share, radii, taper, friction, unit, turn, seed):
+    tapered = [((1 + taper) * r, (1 - taper) * r) if taper else r for r in radii]
+    gap = sum(radii) - share * min(radii)
+    robot = crossed(gap, angle, tapered, turn=turn, unit=unit, friction=friction)
+    sizes = sizes_of(robot, unit)
+    moved, error, of_damping, of_differences = compared(robot, *bent(robot, seed, sizes), sizes)
+    # An end of the overlap may lie beside a node, where forces are not smooth.
+    assume(np.abs(moved).max() > 0 and of_differences < 1e-8)
+    assert error < 1e-7
+    assert of_damping < 1e-7
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        lissom.Sphere((0.22, 0.001, -0.018), 0.01),
+        lissom.Sphere((0.22, 0.001, -0.0095), 0.001),
+        lissom.Capsule((0.12, -0.1, -0.018), (0.32, 0.1, -0.018), 0.01),
+        lissom.Box((0.22, 0, -0.05), (0.03, 0.1, 0.03), orientation=about((0, 1, 0), np.pi / 4)),
+    ],
+    ids=["sphere", "small sphere", "capsule", "edge of a box"],
+)
+@pytest.mark.parametrize("friction", [0.0, (0.2, 0.4, 0.7)], ids=["without friction", "uneven friction"])
+def test_tangents_know_how_the_ends_of_overlaps_move(solid, friction):
+    contact = lissom.Contact("a", solid, stiffness=1e5, slip_velocity=0.05, friction=friction)
+    robot = lissom.Robot([free_rod("a", RADIUS)], gravity=(0, 0, 0), contacts=[contact])
+    sizes = sizes_of(robot)
+    moved, error, of_damping, of_differences = compared(robot, *bent(robot, 3, sizes), sizes)
+    assert np.abs(moved).max() > 1.0
+    assert of_differences < 1e-8
+    assert error < 1e-7
+    assert of_damping < 1e-7
+
+
+def test_forces_on_tapered_rods_are_gradients_of_the_energy_of_their_overlap():
+    """Along a taper of 1 in 6 as well: with the normal of the axis they would miss a sixth of the force."""
+    radii = ((0.014, 0.006), (0.05, 0.008))
+    robot = crossed(0.0092 + 0.0307, 1.2, radii)
+    free = lissom.Robot(robot.links, gravity=(0, 0, 0))
+    rest, h = np.zeros(robot.n), 1e-7
+    q, _ = bent(robot, 5, np.ones(robot.n))
+    force = robot.inverse_dynamics(q, rest, rest) - free.inverse_dynamics(q, rest, rest)
+
+    def stored(q):
+        return robot.energy(q, rest).elastic - free.energy(q, rest).elastic
+
+    slope = np.array([(stored(q + h * e) - stored(q - h * e)) / (2 * h) for e in np.eye(robot.n)])
+    assert np.abs(force).max() > 0.01
+    assert_allclose(force, slope, atol=2e-3 * np.abs(force).max())
