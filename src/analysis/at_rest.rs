@@ -141,11 +141,6 @@ impl AtRest<'_> {
             magnitudes[k] +=
                 self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
         }
-        if self.model.facts().has_contact {
-            // Contact at rest has a potential. What its tangent lacks of symmetry is quadrature: its rule follows the ends of overlaps.
-            let touched = &parts[1] - &parts[2];
-            total -= (&touched - touched.transpose()) * (0.5 * self.load_factor);
-        }
         // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point, and what
         // joints bear of them.
         for range in self.parts() {

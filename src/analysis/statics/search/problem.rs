@@ -324,24 +324,14 @@ impl<'a> Problem<'a> {
         if !tangent.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Moments of springs that are held have no potential; those that turn with the shape have. So has contact, but for the error
-        // of its quadrature.
-        let has_contact = self.model.facts().has_contact;
+        // Moments of springs that are held have no potential; those that turn with the shape have.
         let has_potential = self.is_conservative
             || self.has_potential(&tangent, sizes, work)
-            || ((shape.springs.is_some() || has_contact) && {
-                let mut untouched = Matrix::zeros(n, n);
+            || (shape.springs.is_some() && {
+                let mut whole = Matrix::zeros(n, n);
                 self.counters.tangents += 1;
-                self.model.leave_contact(true);
-                self.model.weighted_tangent(
-                    &shape.q,
-                    &self.rest,
-                    &self.rest,
-                    [1.0, 0.0, 0.0],
-                    &mut untouched,
-                );
-                self.model.leave_contact(false);
-                self.has_potential(&untouched, sizes, work)
+                self.model.weighted_tangent(&shape.q, &self.rest, &self.rest, [1.0, 0.0, 0.0], &mut whole);
+                self.has_potential(&whole, sizes, work)
             });
         if !has_potential {
             return None;

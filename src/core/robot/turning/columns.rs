@@ -99,7 +99,7 @@ pub(crate) fn visit_piece<G: Turning>(
     }
 }
 
-/// Adds, for the coordinates of a piece, the power of a wrench on the sum of S at the nodes with these weights.
+/// Adds, for the coordinates of a piece of a rod, the power of a wrench on the sum of S at the nodes with these weights.
 #[inline(always)]
 pub(crate) fn add_powers<G: Turning>(
     work: &Workspace<G>,
@@ -108,10 +108,6 @@ pub(crate) fn add_powers<G: Turning>(
     wrench: Wrench<G, f64>,
     row: &mut [f64],
 ) {
-    if let Some(hinge) = &piece.hinge {
-        row[piece.first] += work.hinges[hinge.index].dot(wrench);
-        return;
-    }
     let wrench = wrench.splat();
     for component in &piece.components {
         for (pack, (node, &weight)) in piece.node_packs().zip(weights).enumerate() {

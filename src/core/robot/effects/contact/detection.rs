@@ -55,50 +55,52 @@ impl<G: Turning> Sweep for Find<'_, G> {
         let Self { plan, work, state } = self;
         look_around(plan, work, state);
         expand(plan, work, state);
-        let mut touches = std::mem::take(&mut state.touches);
-        let mut up_to = std::mem::take(&mut state.up_to);
-        let mut weights = std::mem::take(&mut state.weights);
-        let mut polynomials = std::mem::take(&mut state.polynomials);
+        let ContactState {
+            terms,
+            axes,
+            bends,
+            samples,
+            spans,
+            bounds,
+            chords,
+            is_near,
+            near,
+            near_of,
+            centres,
+            corners,
+            poses,
+            touches,
+            has_touched,
+            stiffest,
+            up_to,
+            weights,
+            polynomials,
+            ..
+        } = state;
         touches.clear();
-        let scene = scene(plan, work, state);
-        let mut found = Found {
-            touches: &mut touches,
-            up_to: &mut up_to,
-            weights: &mut weights,
-            polynomials: &mut polynomials,
+        let near = Near { curves: near, of_pairs: near_of };
+        let scene = Scene {
+            plan,
+            work,
+            terms,
+            axes,
+            bends,
+            samples,
+            spans,
+            bounds,
+            chords,
+            is_near,
+            near,
+            centres,
+            corners,
+            poses,
+            stiffest,
         };
+        let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.effects.contacts.pairs.iter().enumerate() {
             scene.meet(p, pair, &mut found);
         }
-        state.has_touched |= !touches.is_empty();
-        (state.touches, state.up_to) = (touches, up_to);
-        (state.weights, state.polynomials) = (weights, polynomials);
-    }
-}
-
-/// What is known of all that may touch, once it has been looked at.
-#[inline(always)]
-pub(super) fn scene<'a, G: Turning>(
-    plan: &'a Plan<G>,
-    work: &'a Workspace<G>,
-    state: &'a ContactState<G::Pack>,
-) -> Scene<'a, G> {
-    Scene {
-        plan,
-        work,
-        terms: &state.terms,
-        axes: &state.axes,
-        bends: &state.bends,
-        samples: &state.samples,
-        spans: &state.spans,
-        bounds: &state.bounds,
-        chords: &state.chords,
-        is_near: &state.is_near,
-        near: Near { curves: &state.near, of_pairs: &state.near_of },
-        centres: &state.centres,
-        corners: &state.corners,
-        poses: &state.poses,
-        stiffest: &state.stiffest,
+        *has_touched |= !found.touches.is_empty();
     }
 }
 

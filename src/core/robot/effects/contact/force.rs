@@ -9,10 +9,9 @@ use crate::model::Energy;
 use crate::numerics::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Motion;
-use crate::robot::effects::contact::shapes::slide::Slide;
 use crate::robot::effects::contact::shapes::touch::Meeting;
-use crate::robot::effects::contact::sliding::{Slider, Slides};
-use crate::robot::effects::contact::state::{ContactState, ContactTangent, Rows, Standing, Touch};
+use crate::robot::effects::contact::sliding;
+use crate::robot::effects::contact::state::{ContactState, ContactTangent, Standing, Touch};
 use crate::robot::effects::kinds::{
     CoordinateForce, Dissipation, NoDeadLineWrench, NoLineResponse, NoLineWrench, NoSupply,
     NoVelocityDependence, NotAtPoints, PartialWrench, StoredEnergy,
@@ -180,7 +179,6 @@ impl<G: Turning> CoordinateForce<G> for Touching {
         }
         super::follow::follow(&work.effects.contact.touches, &mut memory.effects.contact.followed);
         memory.effects.contact.is_known.fill(false);
-        memory.effects.contact.rows.interval = None;
         for touch in 0..work.effects.contact.touches.len() {
             let sweep = Stiffen { plan, work, memory: &mut memory.effects.contact, weights, matrix, touch };
             plan.instructions.run_apart::<G::Pack, _>(sweep);
@@ -308,14 +306,19 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                 });
             }
         }
-        let scene = super::detection::scene(plan, work, &work.effects.contact);
-        let slides = Slider { scene: &scene, touch, linearised }.find(rows);
+        let sliding = sliding::find(plan, work, touch, linearised, rows);
+        let meeting = sliding.as_ref().map_or(&touch.meeting, |sliding| &sliding.meeting);
+        if let Some(sliding) = &sliding {
+            sliding.write(&pair.reaches, weights.q, moved, &mut rows.slides);
+        }
         for reach in &pair.reaches {
             // The last pack may hold coordinates behind the range: their answers are not used, or found later.
             for first in reach.clone().step_by(LANES) {
                 let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
-                let mut answered = answer(touch, &slides.meeting, linearised, weights, motions);
-                add_slides(&slides, weights, motions[0], rows, first, &mut answered);
+                let mut answered = answer(touch, meeting, linearised, weights, motions);
+                if let Some(sliding) = &sliding {
+                    sliding.add_answers(pack(&rows.slides, first), &mut answered);
+                }
                 for (s, &motion) in answered.iter().enumerate() {
                     for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
                         for lane in 0..LANES {
@@ -340,79 +343,11 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                 }
             }
         }
-        add_shares(plan, touch, &slides, rows, matrix);
-    }
-}
-
-/// Adds what the nodes of both sides need because their shares change as the places slide: products of two rows.
-fn add_shares<G: Turning>(
-    plan: &Plan<G>,
-    touch: &Touch,
-    slides: &Slides,
-    rows: &Rows<G::Pack>,
-    matrix: &mut Matrix,
-) {
-    let is_sliding = [slides.first.is_some(), slides.second.is_some()];
-    for (s, standing) in touch.sides.iter().enumerate() {
-        let Standing::Along { curve, .. } = *standing else { continue };
-        if !is_sliding[s] {
-            continue;
-        }
-        let own = plan.pieces[plan.effects.contacts.curves[curve].piece].coordinates();
-        let share = &rows.shares[s][own.clone()];
-        for k in plan.effects.contacts.pairs[touch.pair].reaches.iter().cloned().flatten() {
-            let slide = rows.slides[s][k];
-            let entries = &mut matrix.as_mut_slice()[k * plan.n..][own.clone()];
-            for (entry, share) in entries.iter_mut().zip(share) {
-                *entry += share * slide;
+        if let Some(sliding) = &sliding {
+            for k in pair.reaches.iter().cloned().flatten() {
+                sliding.add_shares(rows, k, &mut matrix.as_mut_slice()[k * n..]);
             }
         }
-    }
-}
-
-/// Adds what both sides answer because their places slide, and writes how they do, for a pack of coordinates and displacements.
-#[inline(always)]
-fn add_slides<P: Lanes>(
-    slides: &Slides,
-    weights: Weights,
-    [[_, shift], [other_turn, other_shift]]: [Motion<P>; 2],
-    rows: &mut Rows<P>,
-    first: usize,
-    answered: &mut [Motion<P>; 2],
-) {
-    let q = P::splat(weights.q);
-    let mut add = |answers: [Motion; 2], slide: P| {
-        for (answered, answers) in answered.iter_mut().zip(answers) {
-            for (answered, answer) in answered.iter_mut().zip(answers) {
-                *answered += Vector::all(answer) * slide;
-            }
-        }
-    };
-    let mut of_first = P::splat(0.0);
-    if let Some(node) = &slides.first {
-        let [begin, end] = rows.ends.each_ref().map(|end| pack::<P>(end, first) * q);
-        let longer = end - begin;
-        of_first = begin + longer * P::splat(node.place);
-        add(node.answers, of_first);
-        add(node.of_length, longer);
-        write(&mut rows.slides[0], first, of_first);
-    }
-    if let Some(nearest) = &slides.second {
-        let Slide { of_way, of_turn, .. } = nearest.slide;
-        let of_slopes = pack::<P>(&rows.of_slopes, first);
-        let own =
-            Vector::all(of_way).dot(shift - other_shift) + Vector::all(of_turn).dot(other_turn) + of_slopes;
-        let followed = slides.first.as_ref().map_or(0.0, |node| node.followed);
-        let slide = own * q + of_first * P::splat(followed);
-        add(nearest.answers, slide);
-        write(&mut rows.slides[1], first, slide);
-    }
-}
-
-#[inline(always)]
-fn write<P: Lanes>(numbers: &mut [f64], first: usize, pack: P) {
-    for (lane, number) in numbers[first..][..LANES].iter_mut().enumerate() {
-        *number = pack.lane(lane);
     }
 }
 

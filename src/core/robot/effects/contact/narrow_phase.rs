@@ -27,9 +27,6 @@ use std::ops::Range;
 /// Overlaps of less than that part of the radius of a rod need not be found: they press by as little.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Where an overlap begins or ends, the gap is less than that part of the radius: it is found to rounding.
-const JUST: f64 = 1e-8;
-
 /// Places of a part that are looked at because parts of another rod are near, at most, and how far apart they are at least.
 const MOST_HINTS: usize = 8;
 const SAME_HINT: f64 = 0.02;
@@ -126,24 +123,14 @@ struct First {
     share: Option<Share>,
 }
 
-/// Where an overlap along a curve begins or ends.
-pub(super) struct Edge {
-    /// Of the second side, and the centres of both.
-    pub(super) on: Standing,
-    pub(super) centres: [Vector<f64>; 2],
-    pub(super) normal: Vector<f64>,
-    /// How the gap changes along the fraction of the curve.
-    pub(super) change: f64,
-}
-
 /// What of the surface of a rod is nearest to a point, whose nearest place on the axis is known.
 fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Nearest {
     let [position, slope, bend] = part.at(x);
     let way = point - position;
     let radius = part.radius(x);
     let on = Standing::Along { curve, x: part.from + part.part * x };
-    let square = slope.dot(slope);
     if let Some(semi_axes) = part.semi_axes(x) {
+        let square = slope.dot(slope);
         let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
         let is_inside = slope.dot(way).abs() <= AT_RIGHT_ANGLE * (square * way.dot(way)).sqrt();
         let section = Section { centre: position, along, semi_axes };
@@ -151,8 +138,9 @@ fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Near
         let distance = elliptic_tube::distance(point, &section, course.as_ref());
         return Nearest { distance, on, centre: None, radius: smaller(semi_axes), is_carried: true };
     }
+    // As seen from the point the surface bends about the axis, unless the place is an end.
     let slide = Slide::new(way, [slope, bend], part.widening());
-    let turning = slide.as_ref().map(|slide| (slide.across, slide.stretch));
+    let turning = slide.map(|slide| (slide.across, slide.stretch));
     let distance = Distance::from_curve(way, radius, turning);
     Nearest { distance, on, centre: None, radius, is_carried: false }
 }
@@ -177,10 +165,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         &self.spans[curve.first_sample..][..curve.samples.len() - 1]
     }
 
-    /// Calls `then` with the second side of a pair, unless that is a body.
-    fn beside<T>(&self, p: usize, pair: &Pair, then: impl FnOnce(Other<'_>) -> T) -> Option<T> {
+    /// Finds where the two of a pair touch.
+    pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
-        Some(then(match &pair.sides[1] {
+        let other = match &pair.sides[1] {
             Side::Solid(solid) => {
                 let on = Standing::of(self.plan.effects.contacts.solids[*solid].on);
                 Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
@@ -195,47 +183,8 @@ impl<'a, G: Turning> Scene<'a, G> {
             Side::Rod(curves) => {
                 Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
             }
-            Side::Body(_) => return None,
-        }))
-    }
-
-    /// Finds where the two of a pair touch.
-    pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
-        self.beside(p, pair, |other| self.meet_other(p, pair, other, found));
-    }
-
-    /// How the gap of a pair changes at a place of the first side's curve, at a fraction of it in the part that holds `inside`;
-    /// `None` where the surfaces do not only just touch there, or on sections that are not round.
-    pub(super) fn edge(&self, p: usize, [c, index]: [usize; 2], x: f64) -> Option<Edge> {
-        let pair = &self.plan.effects.contacts.pairs[p];
-        let part = self.part(c, index);
-        if part.half_extents.is_some() {
-            return None;
-        }
-        let at = (x - part.from) / part.part;
-        let [centre, slope, _] = part.at(at);
-        let arc = part.arc + part.length * at;
-        let nearest = self.beside(p, pair, |other| self.nearest(&other, centre, Some(arc)))??;
-        let gap = nearest.distance.value - part.radius(at);
-        if gap.abs() > JUST * part.radius(at) {
-            return None;
-        }
-        let normal = nearest.distance.normal;
-        let change = (normal.dot(slope) - part.widening()) / part.part;
-        if change == 0.0 {
-            return None;
-        }
-        let other = match (nearest.on, nearest.centre) {
-            (Standing::Along { curve, x }, _) if !nearest.is_carried => {
-                Shape::new(&self.plan.effects.contacts.curves[curve], self.terms, self.axes).at(x)[0]
-            }
-            (_, of_other) => of_other.unwrap_or(centre),
+            Side::Body(_) => return,
         };
-        Some(Edge { on: nearest.on, centres: [centre, other], normal, change })
-    }
-
-    /// The same with the second side.
-    fn meet_other(&self, p: usize, pair: &Pair, other: Other<'_>, found: &mut Found<'_, G::Pack>) {
         match &pair.sides[0] {
             Side::Ball(ball) => {
                 let Ball { on, radius, thickness, .. } = self.plan.effects.contacts.balls[*ball];

@@ -291,33 +291,17 @@ pub(crate) struct ContactTangent<G: Geometry> {
     pub(crate) rows: Rows<G::Pack>,
 }
 
-/// Memory for how places slide (see `effect::contact::sliding`): rows with an entry for each coordinate, like those above.
+/// Memory for how nearest places slide (see `effect::contact::sliding`): rows with an entry for each coordinate, like those above.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<P> {
-    /// The interval whose ends are known, and how these move along its curve.
-    pub(crate) interval: Option<Interval>,
-    pub(crate) ends: [Vec<f64>; 2],
-    /// How the place on the second side slides because the slope of its rod changes at the nodes, and how both places slide.
-    pub(crate) of_slopes: Vec<f64>,
-    pub(crate) slides: [Vec<f64>; 2],
-    /// What the sides answer because the shares of their nodes change, for a unit of the slide.
-    pub(crate) shares: [Vec<f64>; 2],
+    /// How the place on the second side slides along its curve, and what its nodes need because their shares change, for a
+    /// unit of that.
+    pub(crate) slides: Vec<f64>,
+    pub(crate) shares: Vec<f64>,
     /// Memory for weights of nodes, and for polynomials.
     pub(crate) at: Vec<P>,
     pub(crate) weights: Vec<f64>,
     pub(crate) polynomials: Vec<f64>,
-}
-
-/// An interval of a curve that is touched.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Interval {
-    /// Indices of the pair and of the curve.
-    pub(crate) of: [usize; 2],
-    /// Fractions of the curve.
-    pub(crate) from: f64,
-    pub(crate) length: f64,
-    /// Whether any of its ends moves along the curve.
-    pub(crate) is_moving: bool,
 }
 
 /// Linearisation of friction in an iteration (see `effect::contact::follow`).
@@ -371,11 +355,8 @@ impl<G: Space> ContactTangent<G> {
                 before: Vec::with_capacity(contacts.capacity),
             },
             rows: Rows {
-                interval: None,
-                ends: std::array::from_fn(|_| vec![0.0; numbers]),
-                of_slopes: vec![0.0; numbers],
-                slides: std::array::from_fn(|_| vec![0.0; numbers]),
-                shares: std::array::from_fn(|_| vec![0.0; numbers]),
+                slides: vec![0.0; numbers],
+                shares: vec![0.0; numbers],
                 at: vec![<G::Pack as Scalar>::splat(0.0); contacts.packs],
                 weights: vec![0.0; nodes],
                 polynomials: vec![0.0; nodes + 1],
