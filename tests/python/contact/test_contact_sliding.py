@@ -1,16 +1,14 @@
-"""Tangents where places of contact slide along rods when these move, against differences of the forces."""
+"""Tangents where nearest places slide along rods when these move, against differences of the forces."""
 
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 import lissom
 
-RADIUS = 0.01
 LENGTH = 0.5
 MODES = {"torsion": 1, "bend_y": 3, "bend_z": 3, "stretch": 1}
 
@@ -109,47 +107,77 @@ def bent(robot, seed, sizes):
     return q * sizes, 0.05 * random.standard_normal(robot.n) * sizes
 
 
-@settings(max_examples=10, deadline=None, derandomize=True)
-@given(
-    angle=st.floats(0.2, 1.57),
-    share=st.floats(0.03, 0.5),
-    radii=st.tuples(st.floats(0.004, 0.012), st.floats(0.004, 0.012)),
-    taper=st.sampled_from([0.0, 0.2]),
-    friction=st.sampled_from([0.0, 0.5]),
-    unit=st.sampled_from([1.0, 1e-3, 30.0]),
-    turn=st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda t: np.linalg.norm(t) > 0.3),
-    seed=st.integers(0, 1000),
-)
-def test_tangents_of_rods_on_rods_are_exact(angle, share, radii, taper, friction, unit, turn, seed):
+def rods_on_rods(angles, shares):
+    """Two rods of several radii, tapers, units, turns and frictions."""
+    return given(
+        angle=angles,
+        share=shares,
+        radii=st.tuples(st.floats(0.004, 0.012), st.floats(0.004, 0.012)),
+        taper=st.sampled_from([0.0, 0.2]),
+        friction=st.sampled_from([0.0, 0.5, (0.2, 0.4, 0.7)]),
+        unit=st.sampled_from([1.0, 1e-3, 30.0]),
+        turn=st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda t: np.linalg.norm(t) > 0.3),
+        seed=st.integers(0, 1000),
+    )
+
+
+def overlapping(angle, share, radii, taper, friction, unit, turn):
     tapered = [((1 + taper) * r, (1 - taper) * r) if taper else r for r in radii]
-    gap = sum(radii) - share * min(radii)
-    robot = crossed(gap, angle, tapered, turn=turn, unit=unit, friction=friction)
+    return crossed(sum(radii) - share * min(radii), angle, tapered, turn=turn, unit=unit, friction=friction)
+
+
+@settings(max_examples=10, deadline=None, derandomize=True)
+@rods_on_rods(st.floats(0.2, 1.57), st.floats(0.03, 0.3))
+def test_tangents_of_rods_that_cross_lack_the_error_of_the_quadrature_alone(
+    angle, share, radii, taper, friction, unit, turn, seed
+):
+    """That grows with the square of the overlap, and the stiffness at rest is symmetric with it."""
+    robot = overlapping(angle, share, radii, taper, friction, unit, turn)
     sizes = sizes_of(robot, unit)
-    moved, error, of_damping, of_differences = compared(robot, *bent(robot, seed, sizes), sizes)
+    q, v = bent(robot, seed, sizes)
+    moved, error, of_damping, of_differences = compared(robot, q, v, sizes)
     # An end of the overlap may lie beside a node, where forces are not smooth.
     assume(np.abs(moved).max() > 0 and of_differences < 1e-8)
+    assert error < 1e-2 * share**2
+    assert of_damping < 1e-7
+    at_rest, *_ = robot.tangent(q, np.zeros(robot.n), np.zeros(robot.n))
+    stiffness = at_rest * np.outer(sizes, sizes)
+    assert_allclose(stiffness, stiffness.T, atol=1e-11 * np.abs(stiffness).max())
+
+
+@settings(max_examples=10, deadline=None, derandomize=True)
+@rods_on_rods(st.floats(0.0, 0.02), st.floats(0.4, 0.6))
+def test_tangents_of_rods_that_touch_all_along_are_exact(
+    angle, share, radii, taper, friction, unit, turn, seed
+):
+    """No end of an overlap slides there."""
+    robot = overlapping(angle, share, radii, taper, friction, unit, turn)
+    sizes = sizes_of(robot, unit)
+    moved, error, of_damping, of_differences = compared(robot, *bent(robot, seed, sizes), sizes)
+    assert np.abs(moved).max() > 0.0
+    assume(of_differences < 1e-8)
     assert error < 1e-7
     assert of_damping < 1e-7
 
 
-@pytest.mark.parametrize(
-    "solid",
-    [
-        lissom.Sphere((0.22, 0.001, -0.018), 0.01),
-        lissom.Sphere((0.22, 0.001, -0.0095), 0.001),
-        lissom.Capsule((0.12, -0.1, -0.018), (0.32, 0.1, -0.018), 0.01),
-    ],
-    ids=["sphere", "small sphere", "capsule"],
-)
-@pytest.mark.parametrize("friction", [0.0, (0.2, 0.4, 0.7)], ids=["without friction", "uneven friction"])
-def test_tangents_know_how_the_ends_of_overlaps_move(solid, friction):
-    contact = lissom.Contact("a", solid, stiffness=1e5, slip_velocity=0.05, friction=friction)
-    robot = lissom.Robot([free_rod("a", RADIUS)], gravity=(0, 0, 0), contacts=[contact])
-    sizes = sizes_of(robot)
-    moved, error, of_damping, of_differences = compared(robot, *bent(robot, 3, sizes), sizes)
-    assert np.abs(moved).max() > 1.0
-    assert of_differences < 1e-8
-    assert error < 1e-7
+def test_tangents_of_a_coil_on_itself_are_those_of_its_forces():
+    radius, bend, windings = 0.005, 40.0, 1.3
+    length = windings * np.pi / np.hypot(bend, 2.5)
+    modes = {"torsion": 2, "bend_y": 3, "bend_z": 3, "stretch": 1}
+    segment = lissom.Segment(length, radius, young_modulus=1e6, poisson_ratio=0.45, density=1000, modes=modes)
+    contact = lissom.Contact("a", "a", stiffness=1e5, slip_velocity=0.05, friction=0.3)
+    links = [lissom.Link("a", joint=lissom.Free(), rod=[segment, segment])]
+    robot = lissom.Robot(links, gravity=(0, 0, 0), contacts=[contact])
+    random = np.random.default_rng(1)
+    q, v = 0.05 * random.standard_normal((2, robot.n))
+    first = robot.slice("a").start + 6
+    for start in (first, first + sum(modes.values())):
+        q[start] += 2.5
+        q[start + 2] += bend
+    assert robot.touches(q)
+    _, error, of_damping, of_differences = compared(robot, q, v, np.ones(robot.n))
+    assert of_differences < 1e-7
+    assert error < 1e-5
     assert of_damping < 1e-7
 
 
