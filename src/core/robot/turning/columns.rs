@@ -2,7 +2,7 @@
 //! with the coordinates.
 
 use super::Turning;
-use crate::numerics::lie::{Cross, Geometry, Twist, VectorSpace};
+use crate::numerics::lie::{Cross, Geometry, Lanes as _, Twist, VectorSpace, Wrench};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
@@ -95,6 +95,28 @@ pub(crate) fn visit_piece<G: Turning>(
             }
             let [shape, rate] = sums;
             visit(component.first + degree, [shape.sum(), rate.sum()]);
+        }
+    }
+}
+
+/// Adds, for the coordinates of a piece of a rod, the power of a wrench on the sum of S at the nodes with these weights.
+#[inline(always)]
+pub(crate) fn add_powers<G: Turning>(
+    work: &Workspace<G>,
+    piece: &PiecePlan<G>,
+    weights: &[G::Pack],
+    wrench: Wrench<G, f64>,
+    row: &mut [f64],
+) {
+    let wrench = wrench.splat();
+    for component in &piece.components {
+        for (pack, (node, &weight)) in piece.node_packs().zip(weights).enumerate() {
+            let shape = shape(&work.rotation[node], work.position[node], component.index);
+            let power = shape.dot(wrench) * weight;
+            let bases = piece.basis.chunks_exact(piece.packs).take(component.modes);
+            for (degree, basis) in bases.enumerate() {
+                row[component.first + degree] += (power * basis[pack]).sum();
+            }
         }
     }
 }

@@ -157,7 +157,7 @@ impl<'a> Shape<'a> {
 
     /// Position, and its first and second derivatives, at a fraction of the length.
     #[inline(always)]
-    fn at(&self, x: f64) -> [Vector<f64>; 3] {
+    pub(super) fn at(&self, x: f64) -> [Vector<f64>; 3] {
         let (here, t) = self.locate(x);
         let number = self.terms.len() / (self.breaks.len() + 1);
         let terms = &self.terms[here * number..][..number];
@@ -284,7 +284,12 @@ impl Part<'_> {
     }
 
     pub(super) fn radius(&self, x: f64) -> f64 {
-        self.radii[0] + (self.radii[1] - self.radii[0]) * x
+        self.radii[0] + self.widening() * x
+    }
+
+    /// How the radius changes along its fraction.
+    pub(super) fn widening(&self) -> f64 {
+        self.radii[1] - self.radii[0]
     }
 
     /// How much the edges of its sections bend away from straight lines because the sections turn: their largest half extent times
@@ -306,10 +311,26 @@ impl Part<'_> {
         LONGER * a.dot(a).max(b.dot(b)).sqrt() + (self.radii[1] - self.radii[0]).abs()
     }
 
-    /// Where a point is nearest: Newton's method between bounds, from where the cubic says.
+    /// How far a place is along the curve from where a point is nearest to the surface: the slope of its distance, times that from
+    /// the axis, by the way from the point and the slope of the curve. A part is the union of the balls about its places, so that
+    /// forces are gradients of the overlap also where it tapers.
+    fn rise(&self, way: Vector<f64>, slope: Vector<f64>) -> f64 {
+        let widening = self.widening();
+        let rise = way.dot(slope);
+        if widening == 0.0 { rise } else { rise - widening * way.dot(way).sqrt() }
+    }
+
+    /// How [`Self::rise`] changes along the curve.
+    fn rise_change(&self, [way, slope, bend]: [Vector<f64>; 3]) -> f64 {
+        let widening = self.widening();
+        let change = slope.dot(slope) + way.dot(bend);
+        if widening == 0.0 { change } else { change - widening * way.dot(slope) / way.dot(way).sqrt() }
+    }
+
+    /// Where a point is nearest to the surface: Newton's method between bounds, from where the cubic says.
     pub(super) fn nearest_to(&self, point: Vector<f64>) -> f64 {
         let [[p, a], [q, b]] = self.ends;
-        let [start, end] = [(p - point).dot(a), (q - point).dot(b)];
+        let [start, end] = [self.rise(p - point, a), self.rise(q - point, b)];
         if start >= 0.0 && end >= 0.0 {
             return 0.0;
         }
@@ -318,15 +339,17 @@ impl Part<'_> {
         }
         if start > 0.0 {
             // Furthest inside: one of the ends.
-            return if distance::between(point, p) <= distance::between(point, q) { 0.0 } else { 1.0 };
+            let [to_start, to_end] =
+                [0, 1].map(|i| distance::between(point, self.ends[i][0]) - self.radii[i]);
+            return if to_start <= to_end { 0.0 } else { 1.0 };
         }
         let mut x = start / (start - end);
         let [bend, growth] = cubic(self.ends);
         for _ in 0..CUBIC_STEPS {
             let way = p + (a + (bend * 0.5 + growth * (x / 6.0)) * x) * x - point;
             let slope = a + (bend + growth * (0.5 * x)) * x;
-            let change = slope.dot(slope) + way.dot(bend + growth * x);
-            let next = x - way.dot(slope) / change;
+            let change = self.rise_change([way, slope, bend + growth * x]);
+            let next = x - self.rise(way, slope) / change;
             if !(change > 0.0 && next > 0.0 && next < 1.0) {
                 break;
             }
@@ -336,7 +359,7 @@ impl Part<'_> {
         for _ in 0..MOST_NEWTON_STEPS {
             let [position, slope, bend] = self.at(x);
             let way = position - point;
-            let (value, change) = (way.dot(slope), slope.dot(slope) + way.dot(bend));
+            let (value, change) = (self.rise(way, slope), self.rise_change([way, slope, bend]));
             if value < 0.0 {
                 from = x;
             } else {

@@ -9,6 +9,8 @@ use crate::model::Energy;
 use crate::numerics::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Motion;
+use crate::robot::effects::contact::shapes::touch::Meeting;
+use crate::robot::effects::contact::sliding;
 use crate::robot::effects::contact::state::{ContactState, ContactTangent, Standing, Touch};
 use crate::robot::effects::kinds::{
     CoordinateForce, Dissipation, NoDeadLineWrench, NoLineResponse, NoLineWrench, NoSupply,
@@ -26,7 +28,7 @@ use crate::robot::turning::{Turning, columns};
 pub(crate) struct Touching;
 
 /// What the two sides of a touch need against it, about the origin.
-fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
+pub(super) fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
     let wrenches = touch.meeting.wrenches(&touch.pressing);
     std::array::from_fn(|s| {
         let [moment, force] = wrenches[s];
@@ -258,7 +260,8 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
         let Self { plan, work, memory, weights, matrix, touch: t } = self;
         let touch = &work.effects.contact.touches[t];
         let pair = &plan.effects.contacts.pairs[touch.pair];
-        let ContactTangent { is_known, firsts, at_nodes, moved, faster, answers, followed } = memory;
+        let ContactTangent { is_known, firsts, at_nodes, moved, faster, answers, followed, rows } = memory;
+        let linearised = followed.now[t].linearised;
         for component in moved.iter_mut().chain(&mut *faster) {
             for rows in &pair.reaches {
                 component[rows.clone()].fill(0.0);
@@ -303,11 +306,19 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                 });
             }
         }
-        for rows in &pair.reaches {
+        let sliding = sliding::find(plan, work, touch, linearised, rows);
+        let meeting = sliding.as_ref().map_or(&touch.meeting, |sliding| &sliding.meeting);
+        if let Some(sliding) = &sliding {
+            sliding.write(&pair.reaches, weights.q, moved, &mut rows.slides);
+        }
+        for reach in &pair.reaches {
             // The last pack may hold coordinates behind the range: their answers are not used, or found later.
-            for first in rows.clone().step_by(LANES) {
+            for first in reach.clone().step_by(LANES) {
                 let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
-                let answered = answer(touch, followed.now[t].linearised, weights, motions);
+                let mut answered = answer(touch, meeting, linearised, weights, motions);
+                if let Some(sliding) = &sliding {
+                    sliding.add_answers(pack(&rows.slides, first), &mut answered);
+                }
                 for (s, &motion) in answered.iter().enumerate() {
                     for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
                         for lane in 0..LANES {
@@ -330,6 +341,11 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                     let entries = &mut matrix.as_mut_slice()[k * n..][rows.clone()];
                     add_products::<G::Pack>(entries, components, answers.each_ref().map(|answer| answer[k]));
                 }
+            }
+        }
+        if let Some(sliding) = &sliding {
+            for k in pair.reaches.iter().cloned().flatten() {
+                sliding.add_shares(rows, k, &mut matrix.as_mut_slice()[k * n..]);
             }
         }
     }
@@ -360,6 +376,7 @@ fn pack<P: Lanes>(numbers: &[f64], first: usize) -> P {
 #[inline(always)]
 fn answer<T: Scalar>(
     touch: &Touch,
+    meeting: &Meeting,
     rubbing: Vector<f64>,
     weights: Weights,
     [moved, faster]: [[Motion<T>; 2]; 2],
@@ -368,8 +385,8 @@ fn answer<T: Scalar>(
     // Written out: `array::map` and `from_fn` are not always inlined, and took a fifth of the time of a pile.
     let [first, second] = [scaled(moved[0], q), scaled(moved[1], q)];
     let rates = [rate(moved[0], faster[0], [q, v]), rate(moved[1], faster[1], [q, v])];
-    let change = touch.meeting.change(&touch.pressing, rubbing, [first, second], rates);
-    let wrenches = touch.meeting.wrenches(&touch.pressing);
+    let change = meeting.change(&touch.pressing, rubbing, [first, second], rates);
+    let wrenches = meeting.wrenches(&touch.pressing);
     [answered(change[0], wrenches[0], first[0]), answered(change[1], wrenches[1], second[0])]
 }
 

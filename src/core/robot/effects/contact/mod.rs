@@ -24,6 +24,7 @@ mod narrow_phase;
 pub(crate) mod plan;
 pub(crate) mod query;
 pub(crate) mod shapes;
+mod sliding;
 pub(crate) mod state;
 pub(crate) mod tunnelling;
 

@@ -16,6 +16,7 @@ use crate::robot::effects::contact::shapes::ellipse::{Nearest as Rim, Rolling};
 use crate::robot::effects::contact::shapes::elliptic_tube;
 use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
+use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
 use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
 use crate::robot::effects::contact::state::{Share, Span, Standing, Term, Touch};
 use crate::robot::plan::Plan;
@@ -128,18 +129,19 @@ fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Near
     let way = point - position;
     let radius = part.radius(x);
     let on = Standing::Along { curve, x: part.from + part.part * x };
-    // As seen from the point the surface bends about the axis, unless the place is an end.
-    let square = slope.dot(slope);
-    let is_inside = slope.dot(way).abs() <= 1e-6 * (square * way.dot(way)).sqrt();
-    let stretch = (1.0 - way.dot(bend) / square.max(f64::MIN_POSITIVE)).max(0.1);
-    let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
     if let Some(semi_axes) = part.semi_axes(x) {
+        let square = slope.dot(slope);
+        let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
+        let is_inside = slope.dot(way).abs() <= AT_RIGHT_ANGLE * (square * way.dot(way)).sqrt();
         let section = Section { centre: position, along, semi_axes };
         let course = is_inside.then(|| part.course(x));
         let distance = elliptic_tube::distance(point, &section, course.as_ref());
         return Nearest { distance, on, centre: None, radius: smaller(semi_axes), is_carried: true };
     }
-    let distance = Distance::from_curve(way, radius, is_inside.then_some((along, stretch)));
+    // As seen from the point the surface bends about the axis, unless the place is an end.
+    let slide = Slide::new(way, [slope, bend], part.widening());
+    let turning = slide.map(|slide| (slide.across, slide.stretch));
+    let distance = Distance::from_curve(way, radius, turning);
     Nearest { distance, on, centre: None, radius, is_carried: false }
 }
 
@@ -305,7 +307,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             self.meet_along_ellipses(p, c, part, other, found);
             return;
         }
-        let widening = part.radii[1] - part.radii[0];
+        let widening = part.widening();
         let nearest =
             |x: f64, place: Vector<f64>| self.nearest(other, place, Some(part.arc + part.length * x));
         let gap_to = |x: f64, slope: Vector<f64>, nearest: Option<Nearest>| {

@@ -88,6 +88,13 @@ impl<P> Curve<P> {
         self.expansion.len() + self.polynomials()
     }
 
+    /// How the radius changes along the fraction of the length, at a place: it is linear between samples.
+    pub(crate) fn widening(&self, x: f64) -> f64 {
+        let next = self.samples.partition_point(|sample| sample.x <= x).clamp(1, self.samples.len() - 1);
+        let [begin, end] = [&self.samples[next - 1], &self.samples[next]];
+        (end.radius - begin.radius) / (end.x - begin.x)
+    }
+
     /// The arc lengths of the rod between which one of its parts lies.
     pub(crate) fn arcs(&self, part: usize) -> [f64; 2] {
         [part, part + 1].map(|i| self.start + self.samples[i].x * self.length)

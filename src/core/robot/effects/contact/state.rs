@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::numerics::lie::{Geometry, LANES, Lanes, Twist, Vector};
+use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector};
 use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
@@ -288,6 +288,20 @@ pub(crate) struct ContactTangent<G: Geometry> {
     pub(crate) faster: [Vec<f64>; 12],
     pub(crate) answers: [Vec<f64>; 12],
     pub(crate) followed: Followed,
+    pub(crate) rows: Rows<G::Pack>,
+}
+
+/// Memory for how nearest places slide (see `effect::contact::sliding`): rows with an entry for each coordinate, like those above.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<P> {
+    /// How the place on the second side slides along its curve, and what its nodes need because their shares change, for a
+    /// unit of that.
+    pub(crate) slides: Vec<f64>,
+    pub(crate) shares: Vec<f64>,
+    /// Memory for weights of nodes, and for polynomials.
+    pub(crate) at: Vec<P>,
+    pub(crate) weights: Vec<f64>,
+    pub(crate) polynomials: Vec<f64>,
 }
 
 /// Linearisation of friction in an iteration (see `effect::contact::follow`).
@@ -326,6 +340,7 @@ impl<G: Space> ContactTangent<G> {
             Some(*first)
         }));
         let pieces = firsts.len() - 1;
+        let nodes = contacts.packs * LANES;
         Self {
             is_known: vec![false; pieces],
             at_nodes: vec![[Twist::zero(); 2]; firsts[pieces]],
@@ -338,6 +353,13 @@ impl<G: Space> ContactTangent<G> {
                 is_new: true,
                 now: Vec::with_capacity(contacts.capacity),
                 before: Vec::with_capacity(contacts.capacity),
+            },
+            rows: Rows {
+                slides: vec![0.0; numbers],
+                shares: vec![0.0; numbers],
+                at: vec![<G::Pack as Scalar>::splat(0.0); contacts.packs],
+                weights: vec![0.0; nodes],
+                polynomials: vec![0.0; nodes + 1],
             },
         }
     }

@@ -8,5 +8,6 @@ pub(crate) mod ellipse;
 pub(crate) mod elliptic_tube;
 pub(crate) mod height_field;
 pub(crate) mod obstacle;
+pub(crate) mod slide;
 mod spline;
 pub(crate) mod touch;

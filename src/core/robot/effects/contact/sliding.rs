@@ -1,0 +1,136 @@
+//! How the place of a second rod that is nearest to the first side slides along its axis, and how forces change with that: the part
+//! of the tangent beside that of places which are fixed to the material.
+//!
+//! The row dxi of derivatives of that place with respect to the coordinates is that of `shapes::slide`. What forces change by for a
+//! unit of dxi is computed once: the wrenches of both sides, as if the place moved as the axis goes on, and the shares of the nodes
+//! of the second rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the stiffness, with a normal
+//! force f, the row `s = dxi` and the second derivative h of the distance along the axis: the distance is the smallest one there.
+//!
+//! The ends of an overlap slide along the first rod, too, and are not followed: the overlap is zero there, so that its integral does not
+//! change with them. How the error of its quadrature changes is what these tangents lack.
+
+use std::ops::Range;
+
+use super::curve::Shape;
+use super::force::needs;
+use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, Wrench};
+use crate::robot::algebra::tie::Motion;
+use crate::robot::effects::contact::shapes::distance::SHORTEST;
+use crate::robot::effects::contact::shapes::slide::Slide;
+use crate::robot::effects::contact::shapes::touch::Meeting;
+use crate::robot::effects::contact::state::{Rows, Standing, Touch};
+use crate::robot::plan::Plan;
+use crate::robot::state::Workspace;
+use crate::robot::turning::{Turning, columns};
+
+/// How the nearest place on the second rod of a touch slides.
+pub(super) struct Sliding {
+    /// The touch as a place sees it that does not slide.
+    pub(super) meeting: Meeting,
+    slide: Slide,
+    /// Wrenches that both sides answer for a unit of dxi.
+    answers: [Motion; 2],
+    /// Coordinates of its piece.
+    own: Range<usize>,
+}
+
+/// Finds it, unless there is no second rod or the place is its end. Writes what nodes need for a unit of dxi, and the part of dxi that
+/// is due to the slope of the axis at the place in the frame of its first end.
+pub(super) fn find<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    touch: &Touch,
+    linearised: Vector<f64>,
+    rows: &mut Rows<G::Pack>,
+) -> Option<Sliding> {
+    let Standing::Along { curve, x } = touch.sides[1] else { return None };
+    let centre = touch.centres[1];
+    let way = touch.centres[0] - centre;
+    let length = way.dot(way).sqrt();
+    // Sections that are not round carry the normal with them, and a point on the axis has none.
+    if touch.meeting.is_carried || touch.meeting.rolling.is_some() || length <= SHORTEST {
+        return None;
+    }
+    let contact = &work.effects.contact;
+    let curve = &plan.effects.contacts.curves[curve];
+    let piece = &plan.pieces[curve.piece];
+    let [_, slope, bend] = Shape::new(curve, &contact.terms, &contact.axes).at(x);
+    let widening = curve.widening(x);
+    let slide = Slide::new(way, [slope, bend], widening)?;
+    let mut meeting = touch.meeting;
+    meeting.curvature += Symmetric::square(slide.across) * (slide.stretch * length).recip();
+
+    let Rows { slides, shares, at, weights, polynomials } = rows;
+    let weights = &mut weights[..piece.packs * LANES];
+    curve.integral.write_weights_at(x, weights, polynomials);
+    for (pack, lanes) in at.iter_mut().zip(weights.chunks_exact(LANES)) {
+        *pack = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
+    }
+    shares[piece.coordinates()].fill(0.0);
+    columns::add_powers(work, piece, at, needs(plan, touch)[1], shares);
+    slides.fill(0.0);
+    let of_slope = Wrench {
+        moment: G::axial_of(plan.frame, centre.cross(slide.of_slope)),
+        force: G::vector_of(plan.frame, slide.of_slope),
+    };
+    columns::add_powers(work, piece, at, of_slope, slides);
+
+    let mut rate = Twist::zero();
+    for (&weight, &own) in at.iter().zip(&work.rate[piece.node_packs()]) {
+        rate += own * weight;
+    }
+    let rate = rate.sum();
+    let angular = G::axial_in_space(plan.frame, rate.angular);
+    // Along the surface: as the radius changes, the distance does not.
+    let along = slope + meeting.normal * widening;
+    let [turning, _] = meeting.motions[1];
+    let linear = G::in_space(plan.frame, rate.linear) + angular.cross(centre) + turning.cross(along);
+    let at_rest = [Vector::zero(); 2];
+    let moved = [at_rest, [Vector::zero(), along]];
+    let change = meeting.change(&touch.pressing, linearised, moved, [at_rest, [angular, linear]]);
+    let [[moment, force], [other_moment, other_force]] = change;
+    let [_, [_, pressed]] = meeting.wrenches(&touch.pressing);
+    let answers = [[-moment, -force], [-(other_moment + along.cross(pressed)), -other_force]];
+    Some(Sliding { meeting, slide, answers, own: piece.coordinates() })
+}
+
+impl Sliding {
+    /// Completes dxi times a factor by how both sides move.
+    pub(super) fn write(
+        &self,
+        reaches: &[Range<usize>],
+        factor: f64,
+        moved: &[Vec<f64>; 12],
+        slides: &mut [f64],
+    ) {
+        let Slide { of_way, of_turn, .. } = self.slide;
+        let factors = [of_way, of_turn, -of_way].map(|of| [of.x, of.y, of.z]);
+        let [_, shifts @ ..] = moved.as_chunks::<3>().0 else { return };
+        for reach in reaches {
+            let slides = &mut slides[reach.clone()];
+            for (component, factor) in shifts.as_flattened().iter().zip(factors.as_flattened()) {
+                for (slide, x) in slides.iter_mut().zip(&component[reach.clone()]) {
+                    *slide += factor * x;
+                }
+            }
+            slides.iter_mut().for_each(|slide| *slide *= factor);
+        }
+    }
+
+    /// Adds what both sides answer for a pack of coordinates.
+    #[inline(always)]
+    pub(super) fn add_answers<P: Lanes>(&self, slide: P, answered: &mut [Motion<P>; 2]) {
+        for (answered, answers) in answered.as_flattened_mut().iter_mut().zip(self.answers.as_flattened()) {
+            *answered += Vector::all(*answers) * slide;
+        }
+    }
+
+    /// Adds what the nodes need because their shares change with a coordinate, to its column of the tangent.
+    #[inline(always)]
+    pub(super) fn add_shares<P>(&self, rows: &Rows<P>, coordinate: usize, column: &mut [f64]) {
+        let slide = rows.slides[coordinate];
+        for (entry, share) in column[self.own.clone()].iter_mut().zip(&rows.shares[self.own.clone()]) {
+            *entry += share * slide;
+        }
+    }
+}
