@@ -1,6 +1,7 @@
 //! Shapes of obstacles, and distances of curves and bodies to them.
 
 mod bernstein;
+pub(crate) mod centre_line;
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;
 pub(crate) mod edge;
@@ -10,3 +11,4 @@ pub(crate) mod height_field;
 pub(crate) mod obstacle;
 mod spline;
 pub(crate) mod touch;
+pub(crate) mod tube;
