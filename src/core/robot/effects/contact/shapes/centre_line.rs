@@ -7,7 +7,7 @@
 
 use super::distance::between;
 use crate::description::signal::{Spline, Table};
-use crate::numerics::lie::{Symmetric, Vector};
+use crate::numerics::lie::Vector;
 use std::ops::Range;
 
 /// A part of the curve turns by no more than about that many radians, unless it would take more parts than that between two points.

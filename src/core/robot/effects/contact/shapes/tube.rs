@@ -38,6 +38,11 @@ impl Tube {
         self.radius
     }
 
+    /// Thickness of the wall.
+    pub(crate) fn wall(&self) -> f64 {
+        self.wall
+    }
+
     /// Largest curvature of the centre line, per metre.
     pub(crate) fn most_bent(&self) -> f64 {
         self.most_bent

@@ -1,0 +1,135 @@
+"""Long rods in straight tubes under axial force: waves and helices, against the theory of pipes in wells.
+
+Rods with the bending stiffness B that lie at the bottom of a horizontal tube with the radial clearance r and the weight w per
+length buckle in waves at F = 2 sqrt(B w / r) (Dawson and Paslay 1984), and helices have less energy above sqrt(2) times that (Chen, Lin
+and Cheatham 1990). Without weight, F = 8 pi^2 B / p^2 for a helix with the pitch p (Lubinski, Althouse and Logan 1962).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import lissom
+
+G, LENGTH, RADIUS, CLEARANCE = 9.81, 2.0, 2e-3, 3e-3
+YOUNG, DENSITY = 2e9, 4000.0
+BENDING = YOUNG * np.pi * RADIUS**4 / 4
+WEIGHT = DENSITY * np.pi * RADIUS**2 * G
+STIFFNESS = 1e6
+#: Distance of the axis at rest from that of the tube.
+REST = CLEARANCE + WEIGHT / STIFFNESS
+WAVES = 2.0 * np.sqrt(BENDING * WEIGHT / REST)
+PARTS, MODES = 16, 3
+
+
+def pipe(force, weight=1.0):
+    """A rod between pins at the bottom of the tube, which hold it compressed by a force."""
+    strain = force / (YOUNG * np.pi * RADIUS**2)
+    part = lissom.Segment(
+        LENGTH / PARTS,
+        RADIUS,
+        YOUNG,
+        YOUNG / 2.6,
+        DENSITY,
+        modes={"bend_y": MODES, "bend_z": MODES, "stretch": 1},
+    )
+    hinge = lissom.Universal((0, 1, 0), (0, 0, 1))
+    link = lissom.Link("rod", rod=[part] * PARTS, joint=hinge, position=(0, 0, -REST))
+    pin = lissom.Loop((None, None, (LENGTH * (1 - strain), 0, -REST)), ("rod",), lissom.Spherical(), name="pin")
+    tube = lissom.Tube([(-1, 0, 0), (LENGTH + 1, 0, 0)], RADIUS + CLEARANCE)
+    wall = lissom.Contact("rod", tube, stiffness=STIFFNESS)
+    robot = lissom.Robot([link], loops=[pin], contacts=[wall], gravity=(0, 0, -weight * G))
+    q = np.zeros(robot.n)
+    q[2 + 2 * MODES :: 2 * MODES + 1] = -strain
+    return robot, q
+
+
+def coordinates(robot, q, curvature):
+    """Coordinates with a curvature (y, z) of arc length, projected onto the modes."""
+    q = q.copy()
+    x, weights = np.polynomial.legendre.leggauss(8)
+    for part in range(PARTS):
+        values = np.array([curvature((part + (at + 1) / 2) * LENGTH / PARTS) for at in x])
+        for k in range(MODES):
+            shape = np.polynomial.legendre.Legendre.basis(k)(x) * (k + 0.5) * weights
+            start = 2 + part * (2 * MODES + 1)
+            q[start + k], q[start + MODES + k] = shape @ values
+    return q
+
+
+def half_waves(number, force):
+    """Square of the angular frequency of so many half waves, from the linear theory."""
+    beta = number * np.pi / LENGTH
+    return (BENDING * beta**4 - force * beta**2 + WEIGHT / REST) / (WEIGHT / G)
+
+
+def test_a_heavy_rod_loses_its_stiffness_at_the_force_of_dawson_and_paslay():
+    number = min(range(1, 20), key=lambda n: BENDING * (n * np.pi / LENGTH) ** 2 + WEIGHT / REST / (n * np.pi / LENGTH) ** 2)
+    beta = number * np.pi / LENGTH
+    critical = BENDING * beta**2 + WEIGHT / (REST * beta**2)
+    assert critical == pytest.approx(WAVES, rel=0.01)
+    squares = []
+    for share in (0.5, 0.98):
+        robot, q = pipe(share * critical)
+        found = lissom.statics(robot, q)
+        assert found.success, found.message
+        # Straight, as it was.
+        line = robot.pose(found.q, np.linspace(0, LENGTH, 50), link="rod")[:, :3, 3]
+        assert np.abs(line[:, 1]).max() < 1e-7
+        squares.append(lissom.modes(robot, found.q).omega.min() ** 2)
+        wanted = min(half_waves(n, share * critical) for n in range(1, 30))
+        assert squares[-1] == pytest.approx(wanted, rel=5e-3)
+    # Linear in the force: where it vanishes is the force of buckling.
+    assert squares[1] < 0.05 * squares[0]
+
+
+def test_beyond_that_force_it_lies_in_waves():
+    """From a small wave: it decays below the force of buckling, and grows beside it up to the theory's amplitude."""
+    number = min(range(1, 30), key=lambda n: abs(half_waves(n, WAVES)))
+    beta = number * np.pi / LENGTH
+    critical = BENDING * beta**2 + WEIGHT / (REST * beta**2)
+    angles = []
+    for share in (0.95, 1.1):
+        robot, q = pipe(share * critical)
+        amplitude = 0.1 * REST
+        q0 = coordinates(robot, q, lambda x: (0.0, -amplitude * beta**2 * np.sin(beta * x)))
+        q0[1] = amplitude * beta
+        found = lissom.statics(robot, q0)
+        assert found.success, found.message
+        line = robot.pose(found.q, np.linspace(0, LENGTH, 400), link="rod")[:, :3, 3]
+        angles.append(np.arctan2(line[:, 1], -line[:, 2]))
+    assert np.abs(angles[0]).max() < 1e-6
+    assert 0.1 < np.abs(angles[1]).max() < 2.0
+    crossings = np.count_nonzero(np.diff(np.sign(angles[1][5:-5])))
+    assert abs(crossings - (number - 1)) <= 1
+
+
+def helix(turns, force, weight=0.0):
+    """A rod between pins in a tube without weight, wound about the axis from its start on."""
+    robot, q = pipe(force, weight)
+    beta = 2 * np.pi * turns / LENGTH
+    # From the bottom about the axis: curvature REST beta^2 towards it.
+    q0 = coordinates(robot, q, lambda x: REST * beta**2 * np.array([-np.cos(beta * x), np.sin(beta * x)]))
+    q0[1] = REST * beta
+    return robot, q0
+
+
+def test_helices_of_weightless_rods_have_the_pitch_of_lubinski():
+    """In the middle between pins, which let the ends turn."""
+    turns, share = 4, 1.0
+    beta = 2 * np.pi * turns / LENGTH
+    force = share * 2 * BENDING * beta**2
+    robot, q0 = helix(turns, force)
+    found = lissom.statics(robot, q0)
+    assert found.success, found.message
+    x = np.linspace(0.25 * LENGTH, 0.75 * LENGTH, 101)
+    line = robot.pose(found.q, x, link="rod")[:, :3, 3]
+    radius = np.hypot(line[:, 1], line[:, 2])
+    assert_allclose(radius, CLEARANCE, rtol=1e-2)
+    angle = np.unwrap(np.arctan2(line[:, 1], -line[:, 2]))
+    rate = np.diff(angle) / np.diff(x)
+    print(rate / beta)
+    pressed = sum(touch.force @ touch.normal for touch in robot.touches(found.q) if 0.5 < touch.along[0] < 1.5)
+    print(pressed, force**2 * CLEARANCE / (4 * BENDING))
