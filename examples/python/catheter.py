@@ -1,7 +1,7 @@
 """A catheter is pushed through a vessel of five bends.
 
-A steel wire in a sheath of plastic, 0.5 m long, with a soft tip, is fed by a prescribed motion of its base through a straight sheath into the
-vessel. The force that this takes grows with each bend: friction adds up as on a capstan.
+A wire of 0.25 m with a soft tip is fed by a prescribed motion of its base, through a straight sheath, into
+the vessel. The force that this takes grows with each bend: friction adds up as on a capstan.
 """
 
 import argparse

@@ -821,12 +821,34 @@ class ConvexMesh(Part):
     @property
     def at(self) -> float | None: ...
 
+class Tube(Part):
+    __match_args__ = ("points", "radius")
+    def __init__(
+        self,
+        points: ArrayLike,
+        radius: float,
+        *,
+        wall: float | None = None,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def points(self) -> tuple[tuple[float, float, float], ...]: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def wall(self) -> float | None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
 class Contact(Part):
     __match_args__ = ("a", "b")
     def __init__(
         self,
-        a: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh,
-        b: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh,
+        a: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube,
+        b: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube,
         *,
         stiffness: float | Literal["material"] | None = None,
         dissipation: float = 1.0,
@@ -836,9 +858,9 @@ class Contact(Part):
         name: str = "",
     ) -> None: ...
     @property
-    def a(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh: ...
+    def a(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube: ...
     @property
-    def b(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh: ...
+    def b(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube: ...
     @property
     def stiffness(self) -> float | Literal["material"] | None: ...
     @property

@@ -44,7 +44,7 @@ def centre_line(points, number=2001):
 
 def test_balls_touch_the_wall_where_it_is():
     """In the bore, at the rim, at the flat end of the wall and outside."""
-    tube = lissom.Tube([(0, 0, 0), (1, 0, 0)], 0.05, 0.02)
+    tube = lissom.Tube([(0, 0, 0), (1, 0, 0)], 0.05, wall=0.02)
     robot = ball_in(tube)
     corner = np.array([0.005, 0, 0.006]) / np.hypot(0.005, 0.006)
     for place, overlap, normal in [
@@ -97,11 +97,13 @@ def random_rod(radius):
 
 
 @pytest.mark.parametrize("clearance", [1e-3, 5e-3, 2e-2])
-@pytest.mark.parametrize("points", [VESSEL, VESSEL[[0, 5]], VESSEL[[2, 3]]], ids=["vessel", "straight", "short"])
+@pytest.mark.parametrize(
+    "points", [VESSEL, VESSEL[[0, 5]], VESSEL[[2, 3]]], ids=["vessel", "straight", "short"]
+)
 def test_no_overlap_is_overlooked(points, clearance):
     """Rods that cross the bore and its ends at random, beside distances of many places."""
     radius = 2e-3
-    tube = lissom.Tube(points, radius + clearance, 0.01)
+    tube = lissom.Tube(points, radius + clearance, wall=0.01)
     robot = lissom.Robot([random_rod(radius)], contacts=[lissom.Contact("rod", tube, stiffness=1e4)])
     x = np.linspace(0.0, LENGTH, PLACES)
     line, along = centre_line(points, 4001)
@@ -122,12 +124,17 @@ def test_no_overlap_is_overlooked(points, clearance):
         inner = (nearest > 0) & (nearest < nearest.max())
         span = [line[np.clip(8 * nearest + k, 0, len(line) - 1)] for k in range(-8, 9)]
         distance = np.linalg.norm(found[None] - span, axis=2).min(axis=0)
-        overlap = np.where(inner, np.minimum(distance - clearance, clearance + 0.01 + 2 * radius - distance), -1.0)
+        overlap = np.where(
+            inner, np.minimum(distance - clearance, clearance + 0.01 + 2 * radius - distance), -1.0
+        )
         touched = [touch.along[0] for touch in robot.touches(q)]
         ends = np.flatnonzero(np.diff(np.r_[0, (overlap > 1e-6).astype(int), 0]))
         for begin, end in zip(ends[::2], ends[1::2], strict=True):
             met += 1
-            assert any(x[begin] - 1e-3 <= at <= x[end - 1] + 1e-3 for at in touched), (seed, overlap[begin:end].max())
+            assert any(x[begin] - 1e-3 <= at <= x[end - 1] + 1e-3 for at in touched), (
+                seed,
+                overlap[begin:end].max(),
+            )
     assert met > 4
 
 
@@ -143,7 +150,9 @@ def test_a_ball_swings_across_a_tube(friction):
     q0 = [0, length * np.sin(swing), -length * np.cos(swing), 0, 0, 0]
     inertia = 1.4 if friction else 1.0
     period = 2 * np.pi * np.sqrt(inertia * length / G) * (1 + swing**2 / 16)
-    run = lissom.simulate(robot, 2 * period, q0, method="radau", rtol=1e-8, t_eval=np.linspace(0, 2 * period, 401))
+    run = lissom.simulate(
+        robot, 2 * period, q0, method="radau", rtol=1e-8, t_eval=np.linspace(0, 2 * period, 401)
+    )
     assert run.success, run.message
     y = run.q[:, 1] / q0[1]
     assert_allclose(y, np.cos(2 * np.pi * run.t / period), atol=6e-3)
@@ -174,8 +183,12 @@ def test_a_tube_that_is_carried_is_one_at_rest():
     tube = lissom.Tube(VESSEL, 5e-3, link="carrier")
     still = lissom.Tube(turn.apply(VESSEL) + place, 5e-3)
     base = lissom.Link("rod", joint=lissom.Free(), rod=random_rod(2e-3).rod)
-    moving = lissom.Robot([carrier, base], contacts=[lissom.Contact("rod", tube, stiffness=1e4, friction=0.3)])
-    fixed = lissom.Robot([carrier, base], contacts=[lissom.Contact("rod", still, stiffness=1e4, friction=0.3)])
+    moving = lissom.Robot(
+        [carrier, base], contacts=[lissom.Contact("rod", tube, stiffness=1e4, friction=0.3)]
+    )
+    fixed = lissom.Robot(
+        [carrier, base], contacts=[lissom.Contact("rod", still, stiffness=1e4, friction=0.3)]
+    )
     random = np.random.default_rng(3)
     q = 0.02 * random.normal(size=moving.n)
     q[:6] = [*place, *turn.as_rotvec()]
@@ -207,7 +220,7 @@ def test_a_ring_props_a_cantilever():
     """It carries 3/8 of the weight at the tip, less what bends the rod through the clearance."""
     length, radius, clearance, at = 0.5, 2e-3, 1e-4, 0.49
     rod = lissom.Link("rod", rod=heavy(length, radius, parts=5))
-    ring = lissom.Tube([(at - 1e-3, 0, 0), (at + 1e-3, 0, 0)], radius + clearance, 2e-3)
+    ring = lissom.Tube([(at - 1e-3, 0, 0), (at + 1e-3, 0, 0)], radius + clearance, wall=2e-3)
     robot = lissom.Robot([rod], contacts=[lissom.Contact("rod", ring, stiffness=1e7)])
     found = lissom.statics(robot)
     assert found.success, found.message
@@ -233,7 +246,7 @@ def test_equilibria_do_not_depend_on_who_looks(change):
     scale = 1e3 if change == "millimetres" else 1.0
 
     def hung(turn, mirror, scale):
-        # In units of length that are `scale` to the metre: N per area and mass per volume change, force in kg length/s^2.
+        # Units of length of which `scale` are a metre, forces in kilograms times these per square second.
         segments = heavy(
             0.4 * scale, 2e-3 * scale, parts=6, modes=2, young_modulus=2e8 / scale, density=2000.0 / scale**3
         )
@@ -329,7 +342,9 @@ def energies(angles, line, along):
 def test_a_catheter_in_five_bends_is_an_elastica_between_two_walls():
     """Beside a chain of bars of least energy, by SciPy; and the same vessel of ten times as many points."""
     points = five_bends()
-    section = lissom.Section.given((1e6, 1e6, 1e6, 1.0, BENDING, BENDING), 1e-3, half_extents=(RADIUS, RADIUS))
+    section = lissom.Section.given(
+        (1e6, 1e6, 1e6, 1.0, BENDING, BENDING), 1e-3, half_extents=(RADIUS, RADIUS)
+    )
     segment = lissom.Segment(LONG / 12, section=section, modes={"bend_y": 3})
     x = np.linspace(0.0, LONG, 241)
     shapes, forces = [], []
@@ -363,7 +378,9 @@ def test_a_catheter_in_five_bends_is_an_elastica_between_two_walls():
 
 
 def in_tube(tube, segment=None, surface="rod"):
-    rod = lissom.Link("rod", rod=[segment or lissom.Segment(0.3, 2e-3, 1e7, 4e6, 1000, modes={"bend_y": 2, "bend_z": 2})])
+    rod = lissom.Link(
+        "rod", rod=[segment or lissom.Segment(0.3, 2e-3, 1e7, 4e6, 1000, modes={"bend_y": 2, "bend_z": 2})]
+    )
     return lissom.Robot([rod], contacts=[lissom.Contact(surface, tube, stiffness=1e4)])
 
 
@@ -378,11 +395,13 @@ LINE = [(0, 0, 0), (1, 0, 0)]
         (lambda: in_tube(lissom.Tube([(0, 0, 0), (np.nan, 0, 0)], 0.1)), r"points\[1\]|finite"),
         (lambda: in_tube(lissom.Tube([(0, 0), (1, 0)], 0.1)), "points"),
         (lambda: in_tube(lissom.Tube(LINE, 0.0)), "radius"),
-        (lambda: in_tube(lissom.Tube(LINE, 0.1, -1.0)), "wall"),
+        (lambda: in_tube(lissom.Tube(LINE, 0.1, wall=-1.0)), "wall"),
         (lambda: in_tube(lissom.Tube(VESSEL, 0.08)), r"radius.*less than 0\.0\d+ m.*bends as tightly"),
         # A hairpin, whose legs are 2 cm apart.
         (
-            lambda: in_tube(lissom.Tube([(0, 0, 0), (0.5, 0, 0), (0.6, 0.1, 0), (0.5, 0.02, 0.1), (0, 0.02, 0)], 0.02)),
+            lambda: in_tube(
+                lissom.Tube([(0, 0, 0), (0.5, 0, 0), (0.6, 0.1, 0), (0.5, 0.02, 0.1), (0, 0.02, 0)], 0.02)
+            ),
             "comes as near to itself",
         ),
         (lambda: in_tube(lissom.Tube(LINE, 2e-3)), r"contacts\[0\]\.a.*0\.002 m thick.*< 0\.002 m.*Capsule"),
@@ -416,7 +435,7 @@ def test_a_rod_that_starts_in_the_wall_is_refused_and_one_outside_stays_there():
     segment = lissom.Segment(0.3, 2e-3, 1e7, 4e6, 1000, modes={"bend_y": 2, "bend_z": 2})
     for height, message in [(0.015, "sunk into what it touches"), (0.05, None)]:
         rod = lissom.Link("rod", joint=lissom.Free(), rod=[segment], position=(0.1, 0, height))
-        tube = lissom.Contact("rod", lissom.Tube(LINE, 0.01, 0.02), stiffness=1e4)
+        tube = lissom.Contact("rod", lissom.Tube(LINE, 0.01, wall=0.02), stiffness=1e4)
         robot = lissom.Robot([rod], contacts=[tube])
         if message:
             with pytest.raises(ValueError, match=message):

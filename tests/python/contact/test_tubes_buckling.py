@@ -1,8 +1,9 @@
 """Long rods in straight tubes under axial force: waves and helices, against the theory of pipes in wells.
 
-Rods with the bending stiffness B that lie at the bottom of a horizontal tube with the radial clearance r and the weight w per
-length buckle in waves at F = 2 sqrt(B w / r) (Dawson and Paslay 1984), and helices have less energy above sqrt(2) times that (Chen, Lin
-and Cheatham 1990). Without weight, F = 8 pi^2 B / p^2 for a helix with the pitch p (Lubinski, Althouse and Logan 1962).
+Rods with the bending stiffness B at the bottom of a horizontal tube, with the radial clearance r and the
+weight w per length, buckle in waves at F = 2 sqrt(B w / r) (Dawson and Paslay 1984). Helices have less energy
+above sqrt(2) times that (Chen, Lin and Cheatham 1990). Without weight, F = 8 pi^2 B / p^2 for a helix of the
+pitch p (Lubinski, Althouse and Logan 1962).
 """
 
 from __future__ import annotations
@@ -37,7 +38,9 @@ def pipe(force, weight=1.0):
     )
     hinge = lissom.Universal((0, 1, 0), (0, 0, 1))
     link = lissom.Link("rod", rod=[part] * PARTS, joint=hinge, position=(0, 0, -REST))
-    pin = lissom.Loop((None, None, (LENGTH * (1 - strain), 0, -REST)), ("rod",), lissom.Spherical(), name="pin")
+    pin = lissom.Loop(
+        (None, None, (LENGTH * (1 - strain), 0, -REST)), ("rod",), lissom.Spherical(), name="pin"
+    )
     tube = lissom.Tube([(-1, 0, 0), (LENGTH + 1, 0, 0)], RADIUS + CLEARANCE)
     wall = lissom.Contact("rod", tube, stiffness=STIFFNESS)
     robot = lissom.Robot([link], loops=[pin], contacts=[wall], gravity=(0, 0, -weight * G))
@@ -66,7 +69,10 @@ def half_waves(number, force):
 
 
 def test_a_heavy_rod_loses_its_stiffness_at_the_force_of_dawson_and_paslay():
-    number = min(range(1, 20), key=lambda n: BENDING * (n * np.pi / LENGTH) ** 2 + WEIGHT / REST / (n * np.pi / LENGTH) ** 2)
+    number = min(
+        range(1, 20),
+        key=lambda n: BENDING * (n * np.pi / LENGTH) ** 2 + WEIGHT / REST / (n * np.pi / LENGTH) ** 2,
+    )
     beta = number * np.pi / LENGTH
     critical = BENDING * beta**2 + WEIGHT / (REST * beta**2)
     assert critical == pytest.approx(WAVES, rel=0.01)
@@ -78,7 +84,7 @@ def test_a_heavy_rod_loses_its_stiffness_at_the_force_of_dawson_and_paslay():
         # Straight, as it was.
         line = robot.pose(found.q, np.linspace(0, LENGTH, 50), link="rod")[:, :3, 3]
         assert np.abs(line[:, 1]).max() < 1e-7
-        squares.append(lissom.modes(robot, found.q).omega.min() ** 2)
+        squares.append(lissom.modes(robot, found.q).angular_frequency.min() ** 2)
         wanted = min(half_waves(n, share * critical) for n in range(1, 30))
         assert squares[-1] == pytest.approx(wanted, rel=5e-3)
     # Linear in the force: where it vanishes is the force of buckling.
@@ -86,16 +92,15 @@ def test_a_heavy_rod_loses_its_stiffness_at_the_force_of_dawson_and_paslay():
 
 
 def test_beyond_that_force_it_lies_in_waves():
-    """From a small wave: it decays below the force of buckling, and grows beside it up to the theory's amplitude."""
+    """From a small wave, which decays below the force of buckling and grows above it."""
     number = min(range(1, 30), key=lambda n: abs(half_waves(n, WAVES)))
     beta = number * np.pi / LENGTH
     critical = BENDING * beta**2 + WEIGHT / (REST * beta**2)
     angles = []
     for share in (0.95, 1.1):
         robot, q = pipe(share * critical)
-        amplitude = 0.1 * REST
-        q0 = coordinates(robot, q, lambda x: (0.0, -amplitude * beta**2 * np.sin(beta * x)))
-        q0[1] = amplitude * beta
+        q0 = coordinates(robot, q, lambda x: (0.0, -0.1 * REST * beta**2 * np.sin(beta * x)))
+        q0[1] = 0.1 * REST * beta
         found = lissom.statics(robot, q0)
         assert found.success, found.message
         line = robot.pose(found.q, np.linspace(0, LENGTH, 400), link="rod")[:, :3, 3]
@@ -131,5 +136,7 @@ def test_helices_of_weightless_rods_have_the_pitch_of_lubinski():
     angle = np.unwrap(np.arctan2(line[:, 1], -line[:, 2]))
     rate = np.diff(angle) / np.diff(x)
     print(rate / beta)
-    pressed = sum(touch.force @ touch.normal for touch in robot.touches(found.q) if 0.5 < touch.along[0] < 1.5)
+    pressed = sum(
+        touch.force @ touch.normal for touch in robot.touches(found.q) if 0.5 < touch.along[0] < 1.5
+    )
     print(pressed, force**2 * CLEARANCE / (4 * BENDING))

@@ -104,7 +104,7 @@ EACH = [
     HeightField(np.arange(6.0).reshape(3, 2), (0.1, 0.2), (0, 0, -9)),
     ConvexMesh(CORNERS, FACES, 0.1),
     Tube([(0, 0, -1), (1, 0, -1), (2, 1, -1)], 0.2),
-    Tube([(0, 0, -9), (1, 0, -9)], 0.2, 0.1, link="arm", at=0.1),
+    Tube([(0, 0, -9), (1, 0, -9)], 0.2, wall=0.1, link="arm", at=0.1),
     Ball("block", 0.2, at=None, position=(1, 2, 3)),
     Contact("arm", HalfSpace(), friction=(0.1, 0.2, 0.3), name="floor"),
     Contact(Ball("block", 0.2), Sphere((0, 0, -1), 0.5), stiffness=1e4),
@@ -280,7 +280,9 @@ shapes = on_links.flatmap(
             sizes,
         ),
         st.builds(
-            lambda place, radius, wall: Tube(np.add([(0, 0, 0), (4, 0, 0), (8, 1, 0)], place), 1.0 + radius, wall, **more),
+            lambda place, radius, wall: Tube(
+                np.add([(0, 0, 0), (4, 0, 0), (8, 1, 0)], place), 1.0 + radius, wall=wall, **more
+            ),
             places,
             sizes,
             st.none() | sizes,

@@ -95,7 +95,10 @@ def ground(obstacle: HeightField) -> Array:
 
 
 def outline(obstacle: HeightField | ConvexMesh | Tube) -> Array:
-    """Lines (points, 3) on a surface, with NaN between them, metres: through heights, or along edges; of tubes their centre line."""
+    """Lines (points, 3) on a surface, with NaN between them, metres: through heights, or along edges.
+
+    Of a tube it is the centre line.
+    """
     if isinstance(obstacle, Tube):
         return centre_line(obstacle.points)
     if isinstance(obstacle, ConvexMesh):
