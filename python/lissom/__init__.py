@@ -120,6 +120,7 @@ if TYPE_CHECKING:
     from .model.contacts import HeightField as HeightField
     from .model.contacts import Sphere as Sphere
     from .model.contacts import Touch as Touch
+    from .model.contacts import Tube as Tube
     from .model.targets import Target as Target
     from .results.io import load as load
 
@@ -147,7 +148,7 @@ else:
         "analysis.peaks": "Peak",
         "analysis.sensitivities": "SensitivityResult sensitivity",
         "analysis.sweeps": "sweep",
-        "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch",
+        "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch Tube",
         "model.targets": "Target",
         "results.io": "load",
     }

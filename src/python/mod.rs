@@ -62,6 +62,8 @@ pub mod _lissom {
     #[pymodule_export]
     use super::balance::PyBalance;
     #[pymodule_export]
+    use super::contact::centre_line;
+    #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_text, as_whole};
     #[pymodule_export]
     use super::curve::PyCurveResult;

@@ -186,6 +186,14 @@ def bar(count: int, radius: float) -> tuple[Array, NDArray[np.intp], Triangles]:
     return rings.reshape(-1, 3), np.repeat(at, STRAND_CORNERS), _wall(len(at), STRAND_CORNERS)
 
 
+def pipe(points: Array, radius: float) -> tuple[Array, Triangles]:
+    """The wall of a tube along points (k, 3), without its ends."""
+    unit = 2.0 * np.pi * np.arange(CORNERS) / CORNERS
+    ring = radius * np.stack([np.zeros_like(unit), np.cos(unit), np.sin(unit)], axis=-1)
+    vertices = points[:, None] + np.einsum("kij,cj->kci", axes_along(points[None])[0], ring)
+    return vertices.reshape(-1, 3), _wall(len(points), CORNERS)
+
+
 def arrow(vector: Array, size: float) -> tuple[Array, Triangles]:
     """An arrow whose middle is the origin, with the head for models of a size."""
     length = float(np.linalg.norm(vector))

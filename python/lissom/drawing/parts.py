@@ -14,8 +14,8 @@ from functools import singledispatch
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere
-from ..model.glyphs.contacts import Obstacle, ground, turn_of
+from ..model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere, Tube
+from ..model.glyphs.contacts import Obstacle, ground, outline, turn_of
 from ..model.views import Link, View
 from . import meshes
 from .meshes import Triangles
@@ -34,7 +34,7 @@ STRANDS = ("tendons", "chambers")
 CHORD, FINEST = 0.1, 8
 
 #: Names of parts whose surface is open: seen from both sides.
-OPEN = HeightField
+OPEN = HeightField | Tube
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,8 @@ def parts(
         box = (low, high) if poses is None else (_middle(shape) - half, _middle(shape) + half)
         vertices, triangles = surface(shape, *box)
         poses = np.broadcast_to(np.eye(4), (len(q), 4, 4)) if poses is None else poses
-        found.append(_carried(name, layer, vertices, triangles, poses, isinstance(shape, OPEN)))
+        opacity = contacts.OPACITY if isinstance(shape, Tube) else 1.0
+        found.append(_carried(name, layer, vertices, triangles, poses, isinstance(shape, OPEN), opacity))
     for ball in contacts.balls(touching, q, t):
         unit, triangles = meshes.BALL
         found.append(_rigid(ball.name, ball.layer, ball.radius * unit, triangles, ball.points))
@@ -179,12 +180,18 @@ def _magnets(seen: View, q: Array, t: Array) -> list[Part]:
 
 
 def _carried(
-    name: str, layer: str, vertices: Array, triangles: Triangles, poses: Array, is_open: bool
+    name: str,
+    layer: str,
+    vertices: Array,
+    triangles: Triangles,
+    poses: Array,
+    is_open: bool,
+    opacity: float,
 ) -> Part:
     """A mesh given in axes with the poses (shapes, 4, 4)."""
     bone = np.zeros(len(vertices), np.intp)
     centres, turns = poses[:, None, :3, 3], quaternions(poses[:, None, :3, :3])
-    return Part(name, layer, vertices, bone, triangles, centres, turns, is_open=is_open)
+    return Part(name, layer, vertices, bone, triangles, centres, turns, opacity=opacity, is_open=is_open)
 
 
 def _rigid(name: str, layer: str, vertices: Array, triangles: Triangles, centres: Array) -> Part:
@@ -263,6 +270,11 @@ def _(shape: Capsule, low: Array, high: Array) -> tuple[Array, Triangles]:
 def _(shape: ConvexMesh, low: Array, high: Array) -> tuple[Array, Triangles]:
     points, faces = np.asarray(shape.points, float), np.asarray(shape.faces, np.uint32)
     return meshes.rounded(points, faces, shape.radius) if shape.radius > 0.0 else meshes.convex(points, faces)
+
+
+@surface.register
+def _(shape: Tube, low: Array, high: Array) -> tuple[Array, Triangles]:
+    return meshes.pipe(outline(shape), shape.radius)
 
 
 @surface.register

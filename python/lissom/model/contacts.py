@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .._lissom import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere
+from .._lissom import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Tube
 from ..common.arguments import with_number
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ __all__ = [
     "HeightField",
     "Sphere",
     "Touch",
+    "Tube",
 ]
 
 

@@ -72,6 +72,7 @@ fn lies_across(axis: usize, shape: &Obstacle, height: f64) -> bool {
         Obstacle::HalfSpace { normal, .. } => normal[axis] == 0.0,
         Obstacle::Sphere { centre, .. } => centre[axis] == height,
         Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[axis] == height),
+        Obstacle::Tube { points, .. } => points.iter().all(|point| point[axis] == height),
         // The nearest point may be anywhere.
         Obstacle::Cuboid { .. } | Obstacle::HeightField { .. } | Obstacle::ConvexMesh { .. } => false,
     }

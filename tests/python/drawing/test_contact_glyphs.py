@@ -18,6 +18,7 @@ from lissom import (
     Link,
     Robot,
     Sphere,
+    Tube,
 )
 from lissom.analysis.advice import about_impacts, impact_time
 from lissom.drawing.report import contacts, symbols
@@ -91,6 +92,33 @@ def test_fields_and_meshes_are_drawn_by_lines_on_them():
         pairs = {tuple(map(tuple, ends[k : k + 2])) for k in range(0, len(ends), 3)}
         assert len(pairs) == 6
         assert {end for pair in pairs for end in pair} == set(map(tuple, np.array(points, float)))
+
+
+def test_tubes_are_drawn_around_their_smooth_centre_lines():
+    points = np.array([(0, 0, -3), (1, 0.4, -3), (2, 0, -3)])
+    made = robot(Tube(points, 0.3))
+    (pipe,) = (
+        thing
+        for thing in drawn(made, np.tile([0, 0, 5, 0, 0, 0, 0, 0, 0], (2, 1)))
+        if thing.layer == "obstacles"
+    )
+    assert isinstance(pipe, Strand)
+    assert pipe.radius == [0.3]
+    assert pipe.opacity == contacts.OPACITY < 1.0
+    line = pipe.points[0]
+    np.testing.assert_allclose(line[[0, -1]], points[[0, -1]], atol=1e-12)
+    # The parabola through three points at equal distances.
+    np.testing.assert_allclose(line[:, 1], 0.4 * line[:, 0] * (2 - line[:, 0]), atol=1e-12)
+    assert len(line) > 8
+    carried = Link("block", joint=Free(), body=lissom.Body(1.0, inertia=(1, 1, 1)))
+    ball = Link("ball", joint=Free(), body=lissom.Body(1.0, inertia=(1, 1, 1)), position=(0, 0, 50))
+    pair = Contact(Ball("ball", 0.1), Tube(points, 0.3, link="block"), stiffness=1e3)
+    q = np.zeros((1, 12))
+    q[0, :3] = [1, 2, 3]
+    (moved,) = (
+        thing for thing in drawn(Robot([carried, ball], contacts=[pair]), q) if thing.layer == "shapes"
+    )
+    np.testing.assert_allclose(moved.points[0], np.add(line, [1, 2, 3]), atol=1e-12)
 
 
 def test_obstacles_and_balls_are_where_they_are():

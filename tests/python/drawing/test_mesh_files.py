@@ -156,6 +156,7 @@ def everything(section=None):
         lissom.ConvexMesh(corner, faces),
         lissom.ConvexMesh(corner + np.array([0, 1, 0]), faces, 0.02),
         lissom.HeightField(0.01 * np.arange(12).reshape(3, 4) ** 0.5, (0.1, 0.2), (0, 4, 0)),
+        lissom.Tube([(0, 6, 0), (0.3, 6, 0.1), (0.5, 6, 0)], 0.05),
     ]
     arm = lissom.Link("arm", rod=[segment(section), segment(section, length=0.2)])
     hand = lissom.Link(

@@ -103,6 +103,7 @@ RECIPES: dict[str, dict | list[dict]] = {
         "faces": "[[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]",
         "radius": "0.1",
     },
+    "Tube": {"points": "[[0, 0, -1], [1, 0, -1], [2, 1, -1]]", "radius": "0.2", "wall": "0.1"},
     "Contact": [
         {"a": "'rod'", "b": "lissom.HalfSpace((0, 0, -0.1))", "friction": "(0.1, 0.2, 0.3)", "name": "'c'"},
         {

@@ -50,6 +50,7 @@ from lissom import (
     Spherical,
     Support,
     Tendon,
+    Tube,
     Universal,
     Via,
     Weld,
@@ -102,6 +103,8 @@ EACH = [
     Box((0, 0, -1), (0.1, 0.2, 0.3), (0.6, 0, 0.8, 0)),
     HeightField(np.arange(6.0).reshape(3, 2), (0.1, 0.2), (0, 0, -9)),
     ConvexMesh(CORNERS, FACES, 0.1),
+    Tube([(0, 0, -1), (1, 0, -1), (2, 1, -1)], 0.2),
+    Tube([(0, 0, -9), (1, 0, -9)], 0.2, wall=0.1, link="arm", at=0.1),
     Ball("block", 0.2, at=None, position=(1, 2, 3)),
     Contact("arm", HalfSpace(), friction=(0.1, 0.2, 0.3), name="floor"),
     Contact(Ball("block", 0.2), Sphere((0, 0, -1), 0.5), stiffness=1e4),
@@ -275,6 +278,14 @@ shapes = on_links.flatmap(
             lambda place, radius: ConvexMesh(np.add(CORNERS, place), FACES, radius, **more),
             places,
             sizes,
+        ),
+        st.builds(
+            lambda place, radius, wall: Tube(
+                np.add([(0, 0, 0), (4, 0, 0), (8, 1, 0)], place), 1.0 + radius, wall=wall, **more
+            ),
+            places,
+            sizes,
+            st.none() | sizes,
         ),
     )
 )

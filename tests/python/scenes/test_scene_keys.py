@@ -590,6 +590,16 @@ a = { link = "block", radius = 0.2 }
 b = { kind = "height_field", heights = [[0.1, 0.2], [0.2, 0.1]], spacing = 0.3 }
 stiffness = 1e4
 [[contact]]
+name = "pipe"
+a = { link = "block", radius = 0.2 }
+b = { kind = "tube", points = [[0, 0, 0], [1, 0, 0], [2, 1, 0.5]], radius = 0.3, wall = 0.1 }
+stiffness = 1e4
+[[contact]]
+name = "ring"
+a = { link = "block", radius = 0.2 }
+b = { kind = "tube", points = [[0, 0, 1], [0, 0, 2]], radius = 0.3 }
+stiffness = 1e4
+[[contact]]
 name = "tent"
 a = { link = "block", radius = 0.2 }
 stiffness = 1e4
@@ -652,6 +662,10 @@ points = [[0, 0, -9], [1, 0, -9], [0, 1, -9], [0, 0, -8]]
 faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
 link = "arm"
 at = 0.2
+[[contact]]
+a = { kind = "tube", points = [[0, 0, -9], [1, 0, -9]], radius = 0.2, link = "arm", at = 0.3 }
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
 [simulation]
 t_end = 0.1
 """,

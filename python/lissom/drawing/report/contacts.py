@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import LissomError
-from ...model.contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
+from ...model.contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch, Tube
 from ...model.glyphs.contacts import WORDS, ContactGlyph, Obstacle, Touching, outline, turn_of
 from ...results.runs import Made, Run
 from . import arrows, curves, plots, theme
@@ -100,6 +100,8 @@ def _obstacle(
         return [Solid(name, "obstacles", "box", half, np.asarray([obstacle.centre], float), turns)]
     if isinstance(obstacle, Sphere):
         return [Dots([name], "obstacles", np.asarray([[obstacle.centre]], float), obstacle.radius)]
+    if isinstance(obstacle, Tube):
+        return [Strand(name, "obstacles", outline(obstacle)[None], np.array([obstacle.radius]))]
     if isinstance(obstacle, HeightField | ConvexMesh):
         points = outline(obstacle)[None]
         if isinstance(obstacle, ConvexMesh) and obstacle.radius > 0.0:
@@ -134,6 +136,8 @@ def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing
         )
     elif isinstance(shape, Sphere):
         return [Dots([name], layer, placed(np.array([shape.centre])), shape.radius)]
+    elif isinstance(shape, Tube):
+        return [Strand(name, layer, placed(outline(shape)), np.array([shape.radius]), opacity=OPACITY)]
     elif isinstance(shape, HeightField | ConvexMesh):
         radius = max(getattr(shape, "radius", 0.0), EDGE * size)
         return [Strand(name, layer, placed(outline(shape)), np.array([radius]))]

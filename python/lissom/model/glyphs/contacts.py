@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..._lissom import Robot
-from ..contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch
+from ..._lissom import Robot, centre_line
+from ..contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch, Tube
 from .joints import Pose
 
 Array = NDArray[np.float64]
@@ -26,9 +26,10 @@ WORDS = {
     Box: "a box",
     HeightField: "a height field",
     ConvexMesh: "a convex mesh",
+    Tube: "a tube",
 }
 
-Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh
+Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube
 
 #: Maximum number of lines along each axis in drawings of a height field.
 MOST_LINES = 60
@@ -93,8 +94,13 @@ def ground(obstacle: HeightField) -> Array:
     return placed
 
 
-def outline(obstacle: HeightField | ConvexMesh) -> Array:
-    """Lines (points, 3) on a surface, with NaN between them, metres: through heights, or along edges."""
+def outline(obstacle: HeightField | ConvexMesh | Tube) -> Array:
+    """Lines (points, 3) on a surface, with NaN between them, metres: through heights, or along edges.
+
+    Of a tube it is the centre line.
+    """
+    if isinstance(obstacle, Tube):
+        return centre_line(obstacle.points)
     if isinstance(obstacle, ConvexMesh):
         corners = np.sort(np.asarray(obstacle.faces, int), axis=1)
         edges = np.unique(np.concatenate([corners[:, pair] for pair in ([0, 1], [1, 2], [0, 2])]), axis=0)

@@ -44,7 +44,7 @@ use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
 /// Tables of what users describe, those that others hold first.
-pub const PARTS: [&Schema; 22] = [
+pub const PARTS: [&Schema; 23] = [
     load::described::Load::SCHEMA,
     support::described::Support::SCHEMA,
     fluid::Fluid::SCHEMA,
@@ -65,6 +65,7 @@ pub const PARTS: [&Schema; 22] = [
     contact::described::Cuboid::SCHEMA,
     contact::described::HeightField::SCHEMA,
     contact::described::ConvexMesh::SCHEMA,
+    contact::described::Tube::SCHEMA,
     contact::described::Contact::SCHEMA,
     magnet::described::Magnet::SCHEMA,
 ];

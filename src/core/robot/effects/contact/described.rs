@@ -1,6 +1,6 @@
 //! Contacts as users describe them: surfaces are on links with these names.
 
-use super::{Obstacle, Stiffness, Surface as Resolved, mesh};
+use super::{Obstacle, Stiffness, Surface as Resolved, mesh, tube};
 use crate::description::schema::{
     Data, Described, Fault, Kind, Limits, LinkName, Part as _, PerAxis, Reader, Rows, Schema, Value,
 };
@@ -168,6 +168,36 @@ impl ConvexMesh {
     }
 }
 
+shape! {
+    /// A tube with open ends: a vessel, a pipe, a guide or a ring, in which rods and balls are, or outside of it.
+    ///
+    /// The centre line is a smooth curve through the points, the cubic spline over the lengths of the chords between them; two
+    /// points are a straight tube, and a short one is a ring, or the hole of a guide. Beyond its ends, whose planes are across the centre
+    /// line, there is no wall; rods may leave through them, and touch their rims. A closed end is a `HalfSpace` across the tube, in a contact
+    /// of its own. Rods and balls must be thinner than the bore, and round; what starts deep in the wall is refused, as with other shapes.
+    #[part(tag = "tube", called = "a tube", check = Tube::fits)]
+    pub struct Tube {
+        /// Points of the centre line, 2 to 1000, from one end to the other.
+        #[part(unit = "metres")]
+        pub points: Vec<[f64; 3]>,
+        /// Radius of the bore. It must be smaller than the radius at which the centre line bends, and than half of the way
+        /// between places where the tube comes back to itself.
+        #[part(unit = "metres", positive)]
+        pub radius: f64,
+        /// Thickness of the wall, by default the radius. What is pushed further than half of it leaves through the other side.
+        #[part(unit = "metres", positive)]
+        pub wall: Option<f64>,
+    }
+}
+
+impl Tube {
+    fn fits(&self, reader: &mut Reader) {
+        let mut check = Checker::new();
+        tube::check(&mut check, &self.points, self.radius);
+        reader.nested(check);
+    }
+}
+
 /// A ball fixed to a link, such as a finger tip, a sliding wheel or the outline of a body.
 ///
 /// It has no mass; add a `Body` for that.
@@ -206,6 +236,8 @@ pub enum Surface {
     HeightField(HeightField),
     /// A convex body.
     ConvexMesh(ConvexMesh),
+    /// The wall of a tube.
+    Tube(Tube),
 }
 
 impl Surface {
@@ -218,7 +250,8 @@ impl Surface {
             | Self::Capsule(Capsule { link, .. })
             | Self::Box(Cuboid { link, .. })
             | Self::HeightField(HeightField { link, .. })
-            | Self::ConvexMesh(ConvexMesh { link, .. }) => link.as_ref(),
+            | Self::ConvexMesh(ConvexMesh { link, .. })
+            | Self::Tube(Tube { link, .. }) => link.as_ref(),
         }
     }
 
@@ -232,6 +265,7 @@ impl Surface {
             Self::Box(_) => Some(Cuboid::SCHEMA),
             Self::HeightField(_) => Some(HeightField::SCHEMA),
             Self::ConvexMesh(_) => Some(ConvexMesh::SCHEMA),
+            Self::Tube(_) => Some(Tube::SCHEMA),
         }
     }
 
@@ -256,8 +290,8 @@ pub struct Contact {
     pub a: Surface,
     /// The other surface, on another link or in the world. The name of the same link means self-contact of its rod; places
     /// closer than about three diameters along the rod are left out. If both surfaces are shapes, one of them must be a
-    /// sphere, capsule, box or convex mesh: these touch each other, half-spaces and height fields, with their corners, edges
-    /// or ends.
+    /// sphere, capsule, box or convex mesh: these touch each other, half-spaces, height fields and tubes, with their corners,
+    /// edges or ends.
     pub b: Surface,
     /// Stiffness k. With a rod per metre of overlap and per metre of rod. "material" is that of the rods' material,
     /// ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). The default is that, too, but no more than keeps the overlap at an edge
@@ -339,12 +373,12 @@ impl Contact {
         );
         if let (Some(shape), Some(other)) = (a.schema(), b.schema()) {
             let is_body =
-                |surface: &Surface| !matches!(surface, Surface::HalfSpace(_) | Surface::HeightField(_));
+                |surface: &Surface| !matches!(surface, Surface::HalfSpace(_) | Surface::HeightField(_) | Surface::Tube(_));
             reader.require(
                 is_body(a) || is_body(b),
                 "b",
                 format_args!("{} for {}", other.called, shape.called),
-                "a body: half-spaces and height fields touch rods, balls, spheres, capsules, boxes and meshes",
+                "a body: half-spaces, height fields and tubes touch rods, balls, spheres, capsules, boxes and meshes",
             );
         }
         let is_rod = |surface: &Surface| matches!(surface, Surface::Rod(_));
@@ -415,6 +449,7 @@ impl Surface {
             Self::ConvexMesh(ConvexMesh { points, faces, radius, at, .. }) => {
                 (Obstacle::ConvexMesh { points, faces, radius }, at)
             }
+            Self::Tube(Tube { points, radius, wall, at, .. }) => (Obstacle::Tube { points, radius, wall }, at),
         };
         Some(match self.link() {
             None => Resolved::Obstacle(shape),
@@ -466,6 +501,7 @@ impl Resolved {
             Obstacle::ConvexMesh { points, faces, radius } => {
                 ConvexMesh { points, faces, radius, link, at }.into()
             }
+            Obstacle::Tube { points, radius, wall } => Tube { points, radius, wall, link, at }.into(),
         }
     }
 }

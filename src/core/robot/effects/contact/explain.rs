@@ -71,6 +71,7 @@ fn told(shape: &Obstacle) -> String {
             format!("a height field of {rows} x {columns}")
         }
         Obstacle::ConvexMesh { points, .. } => format!("a convex mesh of {} points", points.len()),
+        Obstacle::Tube { radius, .. } => format!("a tube with a bore of {radius} m"),
     }
 }
 

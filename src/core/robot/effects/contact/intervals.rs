@@ -90,6 +90,19 @@ pub(super) struct Gap<F> {
     pub(super) negligible: f64,
 }
 
+/// A gap to the wall of a bore, and its slope, as its search needs it: where the gap g is as large as the clearance C, which becomes smaller as
+/// the rod widens, in the middle of the bore, it has a peak, next to which it bends down by any amount. `g - g^2 / (2 C)` does not, has the
+/// same zeros, and there the same slope; larger gaps than the clearance are as good as that.
+pub(super) fn up_to_clearance((value, slope): (f64, f64), clearance: f64, widening: f64) -> (f64, f64) {
+    if clearance <= 0.0 {
+        return (value, slope);
+    }
+    let part = (value / clearance).min(1.0);
+    let seen = if part < 1.0 { value } else { clearance };
+    let slope = if part < 1.0 { slope * (1.0 - part) } else { 0.0 };
+    (seen * (1.0 - 0.5 * part), slope - 0.5 * part * part * widening)
+}
+
 /// A place with its gap and the slope of the gap.
 #[derive(Clone, Copy)]
 struct Place {

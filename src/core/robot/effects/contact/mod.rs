@@ -26,11 +26,14 @@ pub(crate) mod query;
 pub(crate) mod shapes;
 mod sliding;
 pub(crate) mod state;
+mod tube;
 pub(crate) mod tunnelling;
 
 use crate::description::rod::arc_length::check_place;
 use crate::description::schema::{Item as _, LinkName};
 use crate::error::{Checker, InvalidInput, Number};
+
+pub use self::tube::centre_line;
 
 /// A shape for contacts, fixed in the world or to a link, in the axes of the world or of the link.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,6 +90,15 @@ pub enum Obstacle {
         faces: Vec<[usize; 3]>,
         /// Radius of the rounded edges, metres; zero means sharp edges.
         radius: f64,
+    },
+    /// The wall of a tube with open ends around a smooth curve.
+    Tube {
+        /// Points of the centre line, through which the curve goes, metres.
+        points: Vec<[f64; 3]>,
+        /// Radius of the bore, metres.
+        radius: f64,
+        /// Thickness of the wall, metres; `None` is the radius.
+        wall: Option<f64>,
     },
 }
 

@@ -5,7 +5,7 @@
 //! Forces thus follow the ends of a contact continuously along the rod, without an influence of the nodes.
 
 use super::curve::{BESIDE, Part, Shape, part};
-use super::intervals::{Gap, SAME_PLACE, changes};
+use super::intervals::{Gap, SAME_PLACE, changes, up_to_clearance};
 use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
@@ -18,6 +18,7 @@ use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
 use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
+use crate::robot::effects::contact::shapes::tube::Tube;
 use crate::robot::effects::contact::state::{Share, Span, Standing, Term, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -96,6 +97,13 @@ enum Other<'a> {
     },
     /// The curves of a rod, but for those places that are neighbours of one of the same rod.
     Rod { pair: &'a Pair, first: usize, end: usize, near: &'a [[usize; 2]] },
+}
+
+impl Other<'_> {
+    /// The tube that may be around a curve.
+    fn tube(&self) -> Option<&Tube> {
+        if let Self::Solid { solid, .. } = self { solid.tube() } else { None }
+    }
 }
 
 /// What is nearest to a point.
@@ -329,9 +337,15 @@ impl<'a, G: Turning> Scene<'a, G> {
         if ends[0].0 + ends[1].0 >= part.reach() {
             return;
         }
+        let bore = other.tube().map(Tube::radius);
+        let within = |x: f64, seen| match bore {
+            Some(bore) => up_to_clearance(seen, bore - part.radius(x), widening),
+            None => seen,
+        };
+        let ends = [within(0.0, ends[0]), within(1.0, ends[1])];
         let gap = |x: f64| {
             let [position, slope, _] = part.at(x);
-            gap_to(x, slope, nearest(x, position))
+            within(x, gap_to(x, slope, nearest(x, position)))
         };
         let negligible = NEGLIGIBLE * part.radii[0].max(part.radii[1]);
         let gap = Gap { at: gap, bend: part.bend + self.bend_of(other, c, part), negligible };
@@ -390,7 +404,23 @@ impl<'a, G: Turning> Scene<'a, G> {
                 .fold(0.0, f64::max),
         };
         let [[_, a], [_, b]] = part.ends;
-        2.0 * curvature * a.dot(a).max(b.dot(b))
+        let bend = 2.0 * curvature * a.dot(a).max(b.dot(b));
+        bend + self.bend_in_bore(other, part, bend)
+    }
+
+    /// How much more the gap to the wall of a tube bends down, as [`up_to_clearance`] tells it, by twice the bend of the tube along the part.
+    ///
+    /// With the distance rho from the centre line and the clearance C, that is `(C^2 - rho^2) / (2 C)`, and bends down by the square of the
+    /// velocity across the centre line over C, and by the bends of both curves.
+    fn bend_in_bore(&self, other: &Other<'_>, part: &Part<'_>, bend: f64) -> f64 {
+        let (Other::Solid { solid, .. }, Some(tube)) = (other, other.tube()) else { return 0.0 };
+        let clearance = tube.radius() - part.radii[0].max(part.radii[1]);
+        if clearance <= 0.0 {
+            return 0.0;
+        }
+        let across = part.ends.map(|[position, slope]| solid.speed_across(tube, position, slope));
+        let fastest = across[0].max(across[1]) + part.bend + 0.5 * bend;
+        fastest * fastest / clearance + part.bend
     }
 
     /// Where a part of a curve may come near the other although the gaps at its ends do not tell: a rod is the union of its parts,

@@ -122,7 +122,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                 can_be_passed(solid)
                     && solid.distance(centre).value <= radius
                     && ways.parts(c).any(|part| {
-                        Patch(part.ways).is_deep_in(solid, part.thin, measure.of(part.thin, round(solid)))
+                        Patch(part.ways).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
                     })
             })
         }
@@ -140,7 +140,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                     }
                     let solid = &plan.effects.contacts.solids[*solid].solid;
                     can_be_passed(solid)
-                        && Patch([way; 2]).is_deep_in(solid, radius, measure.of(radius, round(solid)))
+                        && Patch([way; 2]).is_deep_in(solid, radius, measure.beside(radius, solid))
                 }
                 Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
             }
@@ -189,6 +189,15 @@ impl Radius {
         match self {
             Self::Smaller | Self::Touching => self.part() * smaller,
             Self::Larger => first.max(second),
+        }
+    }
+
+    /// The measure of what has this radius beside a solid. The wall of a tube pushes to the side that is nearer, and chords of rods cut through it in
+    /// bends: only its middle tells the sides from each other.
+    fn beside(self, radius: f64, solid: &Solid) -> f64 {
+        match (self, solid) {
+            (Self::Smaller | Self::Larger, Solid::Tube(tube)) => radius + 0.5 * tube.wall(),
+            _ => self.of(radius, round(solid)),
         }
     }
 
@@ -347,7 +356,7 @@ impl<'a> Moving<'a> {
 
     /// Whether a rod or a ball of a radius on these ways meets it as deep as it did not begin.
     fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
-        self.goes_deep(ways, radius, measure.of(radius, round(self.solid)))
+        self.goes_deep(ways, radius, measure.beside(radius, self.solid))
     }
 
     /// Whether it comes deeper than half of a measure, as it did not begin.

@@ -16,10 +16,10 @@ use crate::robot::plan::space::Space;
 /// Overlaps are usually far smaller; a box's support becomes narrower by no more than this radius.
 const ROUNDING: f64 = 0.04;
 
-/// Number of points along a capsule for contact with height fields.
+/// Number of points along a capsule for contact with height fields and tubes.
 const PLACES_OF_CAPSULE: usize = 5;
 
-/// Pairs by which the contact of two bodies, or of a body and a height field, is computed, each with a flag
+/// Pairs by which the contact of two bodies, or of a body and a height field or tube, is computed, each with a flag
 /// for swapped surfaces; `None` for other pairs.
 pub(super) fn meet<G: Space>(
     surfaces: [&Surface; 2],
@@ -27,7 +27,7 @@ pub(super) fn meet<G: Space>(
     contacts: &mut Contacts<G>,
 ) -> Option<Vec<(bool, [Side; 2])>> {
     let [first, second] = [surfaces[0].shape()?, surfaces[1].shape()?];
-    let is_field = |shape: &Obstacle| matches!(shape, Obstacle::HeightField { .. });
+    let is_field = |shape: &Obstacle| matches!(shape, Obstacle::HeightField { .. } | Obstacle::Tube { .. });
     let mut found = Vec::new();
     if first.has_corners() && second.has_corners() {
         let thickness = thickness(first).min(thickness(second));
@@ -96,6 +96,7 @@ pub(super) fn thickness(shape: &Obstacle) -> f64 {
             let points: Vec<_> = points.iter().map(|&point| Vector::from(point)).collect();
             ConvexMesh::new(&points, faces, *radius).thickness(&points)
         }
+        Obstacle::Tube { radius, wall, .. } => 0.5 * wall.unwrap_or(*radius),
         _ => f64::INFINITY,
     }
 }
@@ -123,7 +124,7 @@ impl Core {
                 }
                 Self { corners: mesh.inset(&points, rounding), edges, radius: rounding }
             }
-            _ => unreachable!("half-spaces, spheres and height fields have no corners"),
+            _ => unreachable!("half-spaces, spheres, height fields and tubes have no corners"),
         }
     }
 
@@ -165,7 +166,7 @@ fn edges_of_box() -> Vec<[usize; 2]> {
     (0..3).flat_map(along).collect()
 }
 
-/// Points of a body that touch height fields, and their radius: corners, and middles of edges and faces; for
+/// Points of a body that touch height fields and tubes, and their radius: corners, and middles of edges and faces; for
 /// a capsule, points along it.
 fn places_on_ground(shape: &Obstacle) -> (Vec<Vector<f64>>, f64) {
     let mean = |points: &[Vector<f64>]| {

@@ -1,6 +1,7 @@
 //! Compiles contacts to parts of a plan.
 
 mod bodies;
+mod bores;
 mod stiffness;
 
 use std::f64::consts::PI;
@@ -17,12 +18,14 @@ use crate::robot::effects::contact::shapes::convex_mesh::ConvexMesh;
 use crate::robot::effects::contact::shapes::height_field::HeightField;
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::Law;
+use crate::robot::effects::contact::shapes::tube::Tube;
 use crate::robot::effects::contact::{Contact, Obstacle, Surface};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
+pub(crate) use bores::check_bores;
 pub(crate) use stiffness::{OVERLAP, check_stiffness, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
@@ -335,9 +338,10 @@ impl<'a> Form<'a> {
                 let thickness = bodies::thickness(shape);
                 Self::Balls { centres: points.clone(), radius: *radius, thickness }
             }
-            Obstacle::HalfSpace { .. } | Obstacle::Sphere { .. } | Obstacle::HeightField { .. } => {
-                Self::Solid(shape)
-            }
+            Obstacle::HalfSpace { .. }
+            | Obstacle::Sphere { .. }
+            | Obstacle::HeightField { .. }
+            | Obstacle::Tube { .. } => Self::Solid(shape),
         }
     }
 }
@@ -452,6 +456,10 @@ fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
         Obstacle::ConvexMesh { points, faces, radius } => {
             let points: Vec<_> = points.iter().map(seen).collect();
             Solid::ConvexMesh(Arc::new(ConvexMesh::new(&points, faces, *radius)))
+        }
+        Obstacle::Tube { points, radius, wall } => {
+            let points: Vec<_> = points.iter().map(seen).collect();
+            Solid::Tube(Arc::new(Tube::new(&points, *radius, wall.unwrap_or(*radius))))
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Shapes of obstacles, and distances of curves and bodies to them.
 
 mod bernstein;
+pub(crate) mod centre_line;
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;
 pub(crate) mod edge;
@@ -11,3 +12,4 @@ pub(crate) mod obstacle;
 pub(crate) mod slide;
 mod spline;
 pub(crate) mod touch;
+pub(crate) mod tube;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use super::convex_mesh::ConvexMesh;
 use super::distance::{Distance, SHORTEST};
 use super::height_field::HeightField;
+use super::tube::Tube;
 use crate::numerics::lie::{Geometry as _, Rotation, Spatial, Symmetric, Vector};
 
 /// A solid, in the axes in which it is fixed.
@@ -37,6 +38,8 @@ pub(crate) enum Solid {
     HeightField(Arc<HeightField>),
     /// A rounded convex mesh, shared between copies of a plan.
     ConvexMesh(Arc<ConvexMesh>),
+    /// The wall of a tube, shared between copies of a plan.
+    Tube(Arc<Tube>),
 }
 
 impl Solid {
@@ -69,6 +72,7 @@ impl Solid {
             }
             Self::HeightField(field) => field.distance(point),
             Self::ConvexMesh(mesh) => mesh.distance(point),
+            Self::Tube(tube) => tube.distance(point),
         }
     }
 }
@@ -83,17 +87,22 @@ impl Solid {
             Self::Capsule { ends, radius } => ends.iter().map(|end| size(*end)).fold(0.0, f64::max) + radius,
             Self::Cuboid { centre, half_extents, radius, .. } => size(*centre) + size(*half_extents) + radius,
             Self::ConvexMesh(mesh) => mesh.reach(),
+            Self::Tube(tube) => tube.reach(),
         }
     }
 
-    /// Upper bound of the curvature by which its surface is hollow, per metre; zero for a convex solid.
+    /// Upper bound of the curvature by which its surface is hollow, per metre; zero for a convex solid. Of a tube, that along it.
     pub(crate) fn hollowness(&self) -> f64 {
-        if let Self::HeightField(field) = self { field.most_bent() } else { 0.0 }
+        match self {
+            Self::HeightField(field) => field.most_bent(),
+            Self::Tube(tube) => tube.most_bent(),
+            _ => 0.0,
+        }
     }
 
     /// Whether second derivatives of the distance jump between features of the solid.
     pub(crate) fn has_features(&self) -> bool {
-        matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_))
+        matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_) | Self::Tube(_))
     }
 
     /// The feature nearest to a point, identified by three numbers.
@@ -117,6 +126,7 @@ impl Solid {
                 std::array::from_fn(|i| if i == nearest { side(i) } else { 0 })
             }
             Self::ConvexMesh(mesh) => mesh.feature(point),
+            Self::Tube(tube) => tube.feature(point),
         }
     }
 }
@@ -189,6 +199,20 @@ impl Placed<'_> {
     /// See [`Solid::feature`].
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
         self.solid.feature(self.pose.map_or(point, |pose| pose.see(point)))
+    }
+
+    /// The tube, in whose bore others may be; `None` for other solids.
+    pub(crate) fn tube(&self) -> Option<&Tube> {
+        if let Solid::Tube(tube) = self.solid { Some(tube) } else { None }
+    }
+
+    /// The size of the part of a velocity at a point that leads across a tube; see [`Tube::across`].
+    pub(crate) fn speed_across(&self, tube: &Tube, point: Vector<f64>, velocity: Vector<f64>) -> f64 {
+        let across = match self.pose {
+            Some(pose) => tube.across(pose.see(point), pose.rotation.apply_transposed(velocity)),
+            None => tube.across(point, velocity),
+        };
+        across.dot(across).sqrt()
     }
 
     /// Radius of a body that is round everywhere; zero for others.
