@@ -93,7 +93,7 @@ def triangles(found: Sequence[Part], axes: Array, shapes: Iterable[int] | None =
 
 
 def _of_faces(depth: Array, after: NDArray[np.intp], colours: Array) -> Array:
-    """Mean depths of what has one colour: the parts of a cut face follow each other, and become one polygon."""
+    """Mean depths per colour: the pieces of a cut face follow each other, and become one polygon."""
     if not len(depth):
         return depth
     _, face = np.unique(np.column_stack([after, colours]), axis=0, return_inverse=True)
@@ -230,7 +230,7 @@ def polygons(drawn: Triangles) -> Any:
     flat: Any = drawn.corners[..., :2]
     options: Any = {"linewidths": HAIR, "snap": False}
     every = PolyCollection(flat, facecolors=drawn.colours, edgecolors=edges, **options)
-    # Translucent neighbours of one colour are one polygon: edges would be seen through them, and gaps without.
+    # Translucent neighbours of one colour are one polygon: edges would be seen, and so would gaps.
     is_next = (np.diff(drawn.colours, axis=0) == 0.0).all(axis=1) & (drawn.colours[1:, 3] < 1.0)
     if not is_next.any():
         return every

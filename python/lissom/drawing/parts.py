@@ -33,8 +33,8 @@ STRANDS = ("tendons", "chambers")
 #: it by r / 800. At most so many times the usual number of sections are drawn for it.
 CHORD, FINEST = 0.1, 8
 
-#: Chords of smooth tendons and chambers, relative to those of reports: a part of a path may cross a rod of many
-#: segments.
+#: Number of chords of smooth tendons and chambers, relative to reports: a part of a path may cross a rod of
+#: many segments.
 FINE_STRANDS = 6
 
 #: Names of parts whose surface is open: seen from both sides.
