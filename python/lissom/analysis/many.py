@@ -21,7 +21,7 @@ from .equilibria import OF_STATICS
 Array = NDArray[np.float64]
 
 #: Options that are those of `statics`.
-OPTIONS = (*OF_STATICS, "stability")
+OPTIONS = (*OF_STATICS, "stability", "space_error")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,7 +113,7 @@ def statics_many(
         Number of threads; by default as many as the processor has. Results do not depend on it. With `follow`
         rows come one after the other.
     **options
-        `method`, `load_steps`, `tol`, `max_iter`, `max_steps`, `stability` as for `statics`.
+        `method`, `load_steps`, `tol`, `max_iter`, `max_steps`, `stability`, `space_error` as for `statics`.
 
     Returns
     -------

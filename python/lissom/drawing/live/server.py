@@ -7,7 +7,6 @@ import time
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-import viser
 from numpy.typing import NDArray
 
 from ..._lissom import Simulation
@@ -31,9 +30,6 @@ LOOK = 0.05
 
 #: Pages are served only to this machine.
 HOST = "127.0.0.1"
-
-#: Width of a page, pixels, below which the controls cover most of the model.
-NARROW = 600
 
 #: Radius of the spring of a pull, relative to the model's size.
 SPRING = 0.004
@@ -71,7 +67,6 @@ class LiveView:
         self._server = serve(HOST, port, title, allow_hosts)
         show(self._server, dark)
         self._server.gui.main_panel.dock_right()
-        self._server.on_client_connect(_make_room)
         self._canvas = Canvas(self._server, self._shape.stage)
         self._trace = Trace(motion.view)
         self._controls = Controls(self._server, self._playback, own, self._shape, dark)
@@ -169,9 +164,3 @@ class LiveView:
     def _spring(self, ends: NDArray[np.float64]) -> Thing:
         radius = np.array([SPRING * self._shape.stage.size])
         return Strand("pull", "forces", ends[None], radius)
-
-
-async def _make_room(client: viser.ClientHandle) -> None:
-    """Fold the controls on a phone, where they would hide the model; a tap on their bar opens them."""
-    if client.camera.image_width < NARROW:
-        client.gui.main_panel.minimize()
