@@ -28,7 +28,7 @@ OPTIONS = (*OF_STATICS, "stability", "space_error")
 class EquilibriaResult(ReadOnly):
     """Equilibria, one per row.
 
-    ``found[i]`` is the `StaticsResult` of row i, with its `slack`, `space_error`, `peaks`, `picture`, `report`.
+    ``found[i]`` is the `StaticsResult` of row i, with `slack`, `space_error`, `peaks`, `picture`, `report`.
 
     Attributes
     ----------

@@ -39,10 +39,11 @@ def all_of(robot):
 
 def test_models_are_printed_in_a_line():
     robot = finger()
-    linear = lissom.linearise(robot, lissom.statics(robot, space_error=False).q, "inputs", "finger_position_z")
+    rest = lissom.statics(robot, space_error=False).q
+    linear = lissom.linearise(robot, rest, "inputs", "finger_position_z")
     assert repr(linear) == "<LinearModel: 6 states, inputs pull, outputs finger_position_z>"
     assert repr(linear.discrete(1e-3)).endswith("outputs finger_position_z, sampled every 0.001 s>")
-    many = lissom.linearise(robot, np.zeros(robot.n), outputs=["coordinates", "velocities", "finger_position"])
+    many = lissom.linearise(robot, rest, outputs=["coordinates", "velocities", "finger_position"])
     assert "outputs finger.bend_y[0], ..., finger_position_z" in repr(many)
 
 
