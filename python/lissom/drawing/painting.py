@@ -234,7 +234,7 @@ def polygons(drawn: Triangles) -> Any:
     is_next = (np.diff(drawn.colours, axis=0) == 0.0).all(axis=1) & (drawn.colours[1:, 3] < 1.0)
     if not is_next.any():
         return every
-    first = np.flatnonzero(np.concatenate([[True], ~is_next]))
+    first = np.flatnonzero(np.concatenate([[True], ~is_next])).tolist()
     paths = every.get_paths()
     joined = [
         paths[a] if b == a + 1 else Path.make_compound_path(*paths[a:b])
