@@ -114,12 +114,12 @@ def test_faces_of_obstacles_are_even(tmp_path):
 def test_tendons_are_painted_before_the_walls_over_them(turn):
     """Inside a bent rod, too, where triangles of walls and tendons have about the same depth."""
     segment = dataclasses.replace(SEGMENT, modes={"bend_y": 1})
-    pull = lissom.Tendon("pull", [lissom.Along("arm", (-0.004, 0.0))], tension=0.5)
+    pull = lissom.Tendon("pull", [lissom.Along("arm", (-0.007, 0.0))], tension=0.5)
     robot = lissom.Robot([lissom.Link("arm", rod=[segment])], actuators=[pull])
     found, _ = parts(
         views.view(robot), np.full((1, 1), turn), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros(1), True
     )
-    painted = painting.triangles(found, painting.seen_from(np.array([0.3, -1.0, 0.2]), np.array([0.0, 0, 1])))
+    painted = painting.triangles(found, painting.seen_from(np.array([1.0, -0.5, 0.3]), np.array([0.0, 0, 1])))
     place = np.arange(len(painted.corners))
     middle = painted.corners.mean(axis=1)
     tendon, wall = (np.flatnonzero(painted.is_inside == inside) for inside in (True, False))
