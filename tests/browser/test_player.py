@@ -299,6 +299,33 @@ def test_two_fingers_zoom_and_one_finger_turns(opened):
     assert shown.page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "nothing sticks out"
 
 
+#: What a phone shows: widths of page and screen, heights of what thumbs press, tables that are cut.
+ON_A_PHONE = """() => ({
+  page: document.documentElement.scrollWidth,
+  screen: innerWidth,
+  heights: [...document.querySelectorAll('.controls button, .controls select, .entry')]
+    .filter((control) => control.offsetWidth).map((control) => control.getBoundingClientRect().height),
+  cut: [...document.querySelectorAll('table')]
+    .filter((table) => table.getBoundingClientRect().right > innerWidth)
+    .filter((table) => getComputedStyle(table.parentElement).overflowX !== 'auto').length,
+})"""
+
+#: Least height of a control on a phone, pixels.
+THUMB = 36
+
+
+@pytest.mark.parametrize("name", ["motion", "statics", "modes", "path"])
+def test_pages_fit_phones(name, opened):
+    """Nothing scrolls from side to side but tables within themselves, and controls are large enough."""
+    shown = opened(name, 375, 667, touch=True)
+    shown.page.wait_for_function(READY)
+    found = shown.page.evaluate(ON_A_PHONE)
+    assert found["page"] == found["screen"] == 375
+    assert found["cut"] == 0
+    assert len(found["heights"]) > 5
+    assert min(found["heights"]) >= THUMB
+
+
 def test_colours_and_layers(opened):
     shown = opened("motion")
     picture = "player.draw(); return player.canvases[0].toDataURL()"

@@ -152,7 +152,7 @@ class FitResult(ParameterResult):
     def __str__(self) -> str:
         width = max(len(name) for name in (*self.names, "parameter"))
         share = f"{100 * self.confidence:g} % interval"
-        lines = [f"{'parameter':<{width}}  {'value':>12}  {share}"]
+        lines = [f"{'parameter':<{width}}  {'value':>12}  {share} (SI units)"]
         for name, value, (low, high) in zip(self.names, self.values, self.intervals, strict=True):
             lines.append(f"{name:<{width}}  {value:>12.6g}  {low:.6g} to {high:.6g}")
         for each in self.data:

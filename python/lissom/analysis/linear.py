@@ -24,7 +24,15 @@ AXES = "xyz"
 ANGULAR, LINEAR = slice(3), slice(3, 6)
 
 
-@dataclass(frozen=True)
+#: More names than these are listed by the first and the last one.
+LISTED = 6
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names if len(names) <= LISTED else (names[0], "...", names[-1]))
+
+
+@dataclass(frozen=True, repr=False)
 class LinearModel:
     """A linear model ``x' = A x + B u``, ``y = C x + D u`` of small motions about an equilibrium.
 
@@ -58,6 +66,13 @@ class LinearModel:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     dt: float | None = None
+
+    def __repr__(self) -> str:
+        when = "" if self.dt is None else f", sampled every {self.dt:g} s"
+        return (
+            f"<LinearModel: {len(self.states)} states, inputs {_few(self.inputs)}, outputs "
+            f"{_few(self.outputs)}{when}>"
+        )
 
     def discrete(self, dt: float, *, delay: float = 0.0) -> LinearModel:
         """The model in discrete time: inputs are held between samples, and act after a delay.

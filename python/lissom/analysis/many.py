@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import operator
+import warnings
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -10,20 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Model, StaticsResult, finite_array, machine, statics
+from .._lissom import AccuracyWarning, Model, StaticsResult, finite_array, machine, statics
 from ..common.arguments import flag, keywords, number, whole
 from .base import ReadOnly
+from .doubts import without_doubts
 from .equilibria import OF_STATICS
 
 Array = NDArray[np.float64]
 
 #: Options that are those of `statics`.
-OPTIONS = (*OF_STATICS, "stability")
+OPTIONS = (*OF_STATICS, "stability", "space_error")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EquilibriaResult(ReadOnly):
-    """Equilibria, one a row.
+    """Equilibria, one per row.
+
+    ``found[i]`` is the `StaticsResult` of row i, with `slack`, `space_error`, `peaks`, `picture`, `report`.
 
     Attributes
     ----------
@@ -54,9 +59,21 @@ class EquilibriaResult(ReadOnly):
     is_stable: tuple[bool | None, ...]
     residual_norm: Array
     nit: NDArray[np.int64]
+    _rows: tuple[StaticsResult | None, ...]
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def __getitem__(self, row: int) -> StaticsResult:
+        try:
+            found = self._rows[operator.index(row)]
+        except TypeError:
+            raise TypeError(f"row: expected a whole number, got {type(row).__name__}") from None
+        except IndexError:
+            raise IndexError(f"row: got {row}, expected one of {len(self)} rows") from None
+        if found is None:
+            raise LookupError(f"row: {row} was not run, because of Ctrl-C")
+        return found
 
     def __repr__(self) -> str:
         found = int(self.success.sum())
@@ -96,12 +113,18 @@ def statics_many(
         Number of threads; by default as many as the processor has. Results do not depend on it. With `follow`
         rows come one after the other.
     **options
-        `method`, `load_steps`, `tol`, `max_iter`, `max_steps`, `stability` as for `statics`.
+        `method`, `load_steps`, `tol`, `max_iter`, `max_steps`, `stability`, `space_error` as for `statics`.
 
     Returns
     -------
     EquilibriaResult
-        `q` of shape (k, n), `success`, `status`, `message` and more. Rows without equilibrium do not raise.
+        `q` of shape (k, n), `success`, `status`, `message` and more; ``found[i]`` is the result of row i.
+        Rows without equilibrium do not raise.
+
+    Warns
+    -----
+    AccuracyWarning
+        Once, with the number of rows whose modes or nodes leave a doubtful error, and the largest of these.
 
     Raises
     ------
@@ -147,7 +170,8 @@ def statics_many(
         return starts[i] if starts is not None and starts.ndim == 2 else starts
 
     found: list[StaticsResult | None] = [None] * count
-    try:
+
+    def fill() -> None:
         if follows:
             last = None
             for i in range(count):
@@ -156,10 +180,28 @@ def statics_many(
         else:
             for i, one in enumerate(_in_threads(lambda i: row(i, start(i)), count, workers)):
                 found[i] = one
+
+    try:
+        _, doubts = without_doubts(fill)
     except KeyboardInterrupt as error:
         error.result = _collected(found, n)  # type: ignore[attr-defined]
         raise
-    return _collected(found, n)
+    result = _collected(found, n)
+    if doubts:
+        _warn(doubts, result)
+    return result
+
+
+def _warn(doubts: list[str], result: EquilibriaResult) -> None:
+    """One warning for all rows, with the doubt of the one whose modes lack most."""
+    lacking = [row for row in result._rows if row is not None and row.space_error is not None]
+    worst = max(lacking, key=lambda row: row.space_error.relative if row.space_error else 0.0, default=None)
+    largest = next((doubt for doubt in doubts if worst is not None and doubt in worst.message), doubts[0])
+    try:
+        warnings.warn(f"{len(doubts)} of {len(result)} rows: {largest}", AccuracyWarning, stacklevel=3)
+    except AccuracyWarning as raised:  # where warnings are errors
+        raised.result = result  # type: ignore[attr-defined]
+        raise
 
 
 def _in_threads(function: Any, count: int, workers: int | None) -> Iterator[StaticsResult]:
@@ -225,4 +267,5 @@ def _collected(found: list[StaticsResult | None], n: int) -> EquilibriaResult:
         is_stable=tuple(None if one is None else one.is_stable for one in found),
         residual_norm=np.array([np.nan if one is None else one.residual_norm for one in found]),
         nit=np.array([0 if one is None else one.nit for one in found]),
+        _rows=tuple(found),
     )

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import AccuracyWarning, LissomError, Robot
+from .._lissom import LissomError, Robot, Tendon
+from .doubts import without_doubts
 from .fitted import FitResult, FittedData
 from .makers import ArgumentsOfFunction, NumbersOfModel
 from .parameters import START
@@ -210,7 +209,7 @@ class Search:
         self._cached.clear()
         values = dict(zip(self.names, (z * self._scale).tolist(), strict=True))
         try:
-            (residual, derivatives), unresolved = _without_doubts(lambda: self._predicted(values))
+            (residual, derivatives), unresolved = without_doubts(lambda: self._predicted(values))
         except (LissomError, ValueError) as error:
             if not self.runs:
                 # Errors in the call itself are raised at once.
@@ -304,6 +303,7 @@ class Search:
             )
         if undetermined:
             message += f" The data do not determine {', '.join(undetermined)}."
+            message += self._of_sliding(model, undetermined)
         if at_bounds:
             message += f" At a bound: {', '.join(at_bounds)}; the intervals end there."
         if refine is not None:
@@ -329,6 +329,17 @@ class Search:
             confidence=self.confidence,
         )
 
+    def _of_sliding(self, model: Robot, undetermined: Sequence[str]) -> str:
+        """Why static shapes do not determine the friction of tendons."""
+        is_static = any(isinstance(each, OfShapes) for each in self.measured)
+        is_open = any(isinstance(each, Tendon) and each.sliding is None for each in model.actuators)
+        if not (is_static and is_open and any(name.endswith("friction") for name in undetermined)):
+            return ""
+        return (
+            " At rest nothing slides, and static shapes leave the friction of tendons out: `sliding` of a "
+            "tendon says which way it acts, 1 while the tendon is pulled."
+        )
+
     def _of_steps(self, found: _Found, widths: Array) -> str:
         """Whether errors of the time steps count beside the uncertainty, by a run with steps half as long."""
         halved = [each.with_half_steps() if isinstance(each, OfMotion) else None for each in self.measured]
@@ -337,7 +348,7 @@ class Search:
             return ""
         values = dict(zip(self.names, (found.z * self._scale).tolist(), strict=True))
         try:
-            (residual, _), _ = _without_doubts(lambda: self._predicted(values, finer))
+            (residual, _), _ = without_doubts(lambda: self._predicted(values, finer))
         except (LissomError, ValueError):
             return ""
         self.runs += 1
@@ -399,20 +410,6 @@ class Search:
                     f"something{others}."
                 )
         return ""
-
-
-T = TypeVar("T")
-
-
-def _without_doubts(function: Callable[[], T]) -> tuple[T, list[str]]:
-    """The result of a function, and its warnings of accuracy in place of issuing them; others are issued."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        result = function()
-    for each in caught:
-        if not issubclass(each.category, AccuracyWarning):
-            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
-    return result, [str(each.message) for each in caught if issubclass(each.category, AccuracyWarning)]
 
 
 def _of_starts(found: Sequence[_Found], best: _Found, starts: int) -> str:

@@ -1,20 +1,20 @@
 """Parts of a model as polygons in a plane: which of them are seen, in which colour, and which hides which.
 
 They are painted from the farthest to the nearest. Where a model is shown in several shapes, later ones are
-painted over earlier ones, as if each were nearer; obstacles hide what is behind them.
+painted over earlier ones, as if each were nearer; obstacles are translucent, and dim what is behind them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .parts import Part
-from .report import symbols
+from .parts import STRANDS, Part
+from .report import contacts, symbols
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,12 @@ class Triangles:
 
     corners: Array
     colours: Array
+    #: Whether each (m,) belongs to something inside a rod, and is painted before the wall over it.
+    is_inside: NDArray[np.bool_]
+
+    def of(self, chosen: Any) -> Triangles:
+        """Those at indices, or where a mask is true."""
+        return Triangles(self.corners[chosen], self.colours[chosen], self.is_inside[chosen])
 
 
 def seen_from(towards: Array, up: Array) -> Array:
@@ -80,8 +86,19 @@ def triangles(found: Sequence[Part], axes: Array, shapes: Iterable[int] | None =
         after[hides & is_free] = place
     order = np.concatenate([after, *(np.full(len(part.corners), k) for k, part in enumerate(painted))])
     together = _joined([obstacles, *painted])
-    by_depth = np.lexsort([together.corners[..., 2].mean(axis=1), order])
-    return Triangles(together.corners[by_depth], together.colours[by_depth])
+    # The middle of a wall over a tendon may be farther than that of the tendon, by the size of a triangle.
+    depth = together.corners[..., 2].mean(axis=1) - most * together.is_inside
+    depth[: len(after)] = _of_faces(depth[: len(after)], after, obstacles.colours)
+    return together.of(np.lexsort([depth, order]))
+
+
+def _of_faces(depth: Array, after: NDArray[np.intp], colours: Array) -> Array:
+    """Mean depths per colour: the pieces of a cut face follow each other, and become one polygon."""
+    if not len(depth):
+        return depth
+    _, face = np.unique(np.column_stack([after, colours]), axis=0, return_inverse=True)
+    face = face.reshape(-1)
+    return np.asarray((np.bincount(face, depth) / np.bincount(face))[face])
 
 
 def _facing(part: Part, shape: int, axes: Array, pale: float) -> Triangles:
@@ -96,30 +113,32 @@ def _facing(part: Part, shape: int, axes: Array, pale: float) -> Triangles:
     is_seen = normal[:, 2] > 0.0
     light = SHADE + (1.0 - SHADE) * np.maximum(normal[is_seen] @ LIGHT, 0.0)
     shaded = (light[:, None] * colour) * (1.0 - pale) + pale
-    return Triangles(corners[is_seen], np.column_stack([shaded, np.full(len(shaded), part.opacity)]))
+    opacity = contacts.OPACITY if part.layer == "obstacles" else part.opacity
+    colours = np.column_stack([shaded, np.full(len(shaded), opacity)])
+    return Triangles(corners[is_seen], colours, np.full(len(shaded), part.layer in STRANDS))
 
 
 def _joined(several: Sequence[Triangles]) -> Triangles:
     return Triangles(
         np.concatenate([np.zeros((0, 3, 3)), *(part.corners for part in several)]),
         np.concatenate([np.zeros((0, 4)), *(part.colours for part in several)]),
+        np.concatenate([np.zeros(0, bool), *(part.is_inside for part in several)]),
     )
 
 
 def _cut(whole: Triangles, most: float) -> Triangles:
     """Triangles whose longest sides are halved until they are short."""
-    corners, colours = whole.corners, whole.colours
     done: list[Triangles] = []
-    while len(corners):
-        sides = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=-1)
+    while len(whole.corners):
+        sides = np.linalg.norm(np.roll(whole.corners, -1, axis=1) - whole.corners, axis=-1)
         is_short = sides.max(axis=1) <= most
-        done.append(Triangles(corners[is_short], colours[is_short]))
-        corners, colours, longest = corners[~is_short], colours[~is_short], sides[~is_short].argmax(axis=1)
-        rows = np.arange(len(corners))
-        a, b, c = (corners[rows, (longest + i) % 3] for i in range(3))
+        done.append(whole.of(is_short))
+        whole, longest = whole.of(~is_short), sides[~is_short].argmax(axis=1)
+        rows = np.arange(len(longest))
+        a, b, c = (whole.corners[rows, (longest + i) % 3] for i in range(3))
         middle = 0.5 * (a + b)
-        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-        colours = np.concatenate([colours, colours])
+        halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+        whole = _joined([replace(whole, corners=half) for half in halves])
     return _joined(done)
 
 
@@ -202,10 +221,23 @@ def _over(
 
 def polygons(drawn: Triangles) -> Any:
     """The triangles as a collection of Matplotlib."""
-    from matplotlib.collections import PolyCollection
+    from matplotlib.collections import PathCollection, PolyCollection
+    from matplotlib.path import Path
 
     # Edges in the colour of the faces close the gaps that viewers leave between neighbours.
     edges = np.where(drawn.colours[:, 3:] < 1.0, 0.0, drawn.colours)
     # Of an array paths are made at once.
     flat: Any = drawn.corners[..., :2]
-    return PolyCollection(flat, facecolors=drawn.colours, edgecolors=edges, linewidths=HAIR, snap=False)
+    options: Any = {"linewidths": HAIR, "snap": False}
+    every = PolyCollection(flat, facecolors=drawn.colours, edgecolors=edges, **options)
+    # Translucent neighbours of one colour are one polygon: edges would be seen, and so would gaps.
+    is_next = (np.diff(drawn.colours, axis=0) == 0.0).all(axis=1) & (drawn.colours[1:, 3] < 1.0)
+    if not is_next.any():
+        return every
+    first = np.flatnonzero(np.concatenate([[True], ~is_next])).tolist()
+    paths = every.get_paths()
+    joined = [
+        paths[a] if b == a + 1 else Path.make_compound_path(*paths[a:b])
+        for a, b in zip(first, [*first[1:], len(paths)], strict=True)
+    ]
+    return PathCollection(joined, facecolors=drawn.colours[first], edgecolors=edges[first], **options)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import singledispatch
+from functools import partial, singledispatch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,10 @@ STRANDS = ("tendons", "chambers")
 #: Largest angle between neighbouring sections of smooth rods, radians: chords of a circle of radius r leave
 #: it by r / 800. At most so many times the usual number of sections are drawn for it.
 CHORD, FINEST = 0.1, 8
+
+#: Number of chords of smooth tendons and chambers, relative to reports: a part of a path may cross a rod of
+#: many segments.
+FINE_STRANDS = 6
 
 #: Names of parts whose surface is open: seen from both sides.
 OPEN = HeightField | Tube
@@ -75,7 +79,7 @@ def parts(
     bodies = [solids.ellipsoid(solid, q, t, _least(seen, solid.semi_axes)) for solid in seen.solids]
     low, high = layers.extent([*tubes, *bodies])
     low, high = drawing.box(low, high, 0.04 * float((high - low).max()))
-    found = [*map(_of_tube, tubes), *map(_of_solid, bodies), *_strands(seen, q, v, u, t)]
+    found = [*map(_of_tube, tubes), *map(_of_solid, bodies), *_strands(seen, q, v, u, t, is_smooth)]
     found += _magnets(seen, q, t)
     touching = seen.glyphs.contacts
     for name, shape, poses in contacts.shapes(touching, q, t):
@@ -137,11 +141,17 @@ def _of_solid(solid: layers.Solid) -> Part:
     return Part(solid.name, solid.layer, corners, np.zeros(len(corners), np.intp), triangles, centres, turns)
 
 
-def _strands(seen: View, q: Array, v: Array, u: Array, t: Array) -> list[Part]:
+def _strands(seen: View, q: Array, v: Array, u: Array, t: Array, is_smooth: bool) -> list[Part]:
     """Tendons, as thick as reports draw their largest tension, and chambers."""
     shown = DrawnStates(q, v, u, t, np.ones(len(q)), seen.size, 0.0, 0.0)
+    glyphs = [
+        glyph
+        if glyph.way is None or not is_smooth
+        else replace(glyph, way=partial(glyph.way, fineness=FINE_STRANDS))
+        for glyph in seen.glyphs.actuators
+    ]
     found = []
-    for strand in actuators.actuators(seen.glyphs.actuators, (), shown):
+    for strand in actuators.actuators(glyphs, (), shown):
         if strand.layer not in STRANDS:
             continue
         for run in meshes.runs(strand.points[0]):

@@ -225,10 +225,15 @@ class Task(ABC):
 
         Raises
         ------
-        ValueError
-            If they are wrong.
+        ValueError, TypeError
+            If they are wrong, or it is no `Outcome`.
         """
         outcome = self.outcome(states)
+        if not isinstance(outcome, Outcome):
+            raise TypeError(
+                f"{type(self).__name__}.outcome: expected a lissom.gym.Outcome(observations, rewards), got "
+                f"{type(outcome).__name__}"
+            )
         count = len(states.q)
         expected = {"observations": (count, len(self.channels)), "rewards": (count,)}
         for name, shape in expected.items():

@@ -224,6 +224,13 @@ def _arrays(result: Any) -> dict[str, Any]:
     return {name: value for name, value in found.items() if isinstance(value, np.ndarray)}
 
 
+def _no_result(path: Path) -> ValueError:
+    return ValueError(
+        f"path: {path.name!r} has no result that `result.save` wrote; read the arrays of other files, as "
+        "the trajectory.nc of `lissom run`, with xarray or NumPy"
+    )
+
+
 def _read_npz(path: Path) -> bytes:
     content = disk.read(path)
     try:
@@ -240,7 +247,7 @@ def _read_npz(path: Path) -> bytes:
             raise ValueError("its record is no array of bytes")
         return kept.getvalue()[start:]
     except Exception as error:  # bytes of any kind raise errors of any kind
-        raise ValueError(f"path: {path.name!r} has no result of lissom") from error
+        raise _no_result(path) from error
 
 
 def _need_files() -> None:
@@ -273,7 +280,7 @@ def _read_netcdf(path: Path) -> bytes:
                 raise ValueError("its record is elsewhere, or compressed")
             return bytes(kept[:].tobytes())
     except Exception as error:  # bytes of any kind raise errors of any kind
-        raise ValueError(f"path: {path.name!r} has no result of lissom") from error
+        raise _no_result(path) from error
 
 
 def _refuse_vtk(result: Result, model: Model | None) -> bytes:

@@ -1,6 +1,7 @@
 """Fits of several recordings and of several kinds, and from several starts."""
 
 import copy
+import dataclasses
 import pickle
 import re
 
@@ -279,6 +280,26 @@ def test_what_nothing_depends_on_stays_at_its_guess():
     assert found.undetermined == (DAMPING,)
     assert found.values[1] == 0.03
     np.testing.assert_array_equal(found.intervals[1], [1e-3, 0.5])
+
+
+def test_why_static_shapes_do_not_determine_friction():
+    """At rest nothing slides: unless `sliding` says which way friction acts, there is none."""
+    pulls = np.array([[0.5], [1.0], [1.5]])
+
+    def rubbing(friction, sliding):
+        tendon = dataclasses.replace(arm().actuators[0], friction=friction, sliding=sliding)
+        return lissom.Rod(arm().segments, gravity=arm().gravity, actuators=[tendon])
+
+    real = rubbing(0.3, 1.0)
+    data = lissom.StaticShapes(tips(lissom.statics_many(real, pulls).q), u=pulls, noise=1e-5)
+    guesses = {YOUNG: (1e5, 4e5, 1e6), "tendons[*].friction": (0.0, 0.1, 0.6)}
+    left_out = lissom.fit(rubbing(0.1, None), data, guesses)
+    assert "tendons[*].friction" in left_out.undetermined
+    assert "`sliding` of a tendon says which way it acts" in left_out.message
+    found = lissom.fit(rubbing(0.1, 1.0), data, guesses)
+    assert found.undetermined == ()
+    assert "sliding" not in found.message
+    np.testing.assert_allclose(found.values, [3e5, 0.3], rtol=1e-3)
 
 
 def test_data_in_millimetres_are_told():

@@ -37,6 +37,16 @@ def all_of(robot):
     ]
 
 
+def test_models_are_printed_in_a_line():
+    robot = finger()
+    rest = lissom.statics(robot, space_error=False).q
+    linear = lissom.linearise(robot, rest, "inputs", "finger_position_z")
+    assert repr(linear) == "<LinearModel: 6 states, inputs pull, outputs finger_position_z>"
+    assert repr(linear.discrete(1e-3)).endswith("outputs finger_position_z, sampled every 0.001 s>")
+    many = lissom.linearise(robot, rest, outputs=["coordinates", "velocities", "finger_position"])
+    assert "outputs finger.bend_y[0], ..., finger_position_z" in repr(many)
+
+
 def test_sensors_of_a_small_motion_read_what_the_linear_model_says():
     """The tension steps up by a little; readings of the motion differ from those at rest by y = C x + D u."""
     robot, step, small = finger(), 1e-3, 1e-3

@@ -254,6 +254,13 @@ def test_a_task_gives_what_it_says_it_has():
             env.reset()
 
 
+def test_outcomes_are_of_their_class():
+    task = lissom.gym.Balance()
+    task.outcome = lambda states: 1.0
+    with pytest.raises(TypeError, match=r"Balance.outcome: expected a lissom.gym.Outcome\(.*, got float"):
+        lissom.gym.RobotEnv(task).reset()
+
+
 def test_actions_beyond_the_space_count_as_its_ends():
     one, other = (gymnasium.make("lissom/Balance-v0").unwrapped for _ in range(2))
     one.reset(seed=0), other.reset(seed=0)

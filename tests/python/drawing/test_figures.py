@@ -9,6 +9,7 @@ import pytest
 import lissom
 from lissom.drawing import figures, painting
 from lissom.drawing.parts import Part, parts
+from lissom.drawing.report import contacts
 from lissom.model import views
 
 pytest.importorskip("matplotlib")
@@ -82,17 +83,66 @@ def test_from_the_end_rods_are_their_sections(tmp_path):
     assert np.ptp(columns) * scale == pytest.approx(0.03, rel=0.03)
 
 
-def test_what_is_nearer_hides_what_is_behind(tmp_path):
+def test_obstacles_dim_what_is_behind_them(tmp_path):
     """A ball before and behind a rod, seen from the front."""
-    for y, is_hidden in ((-0.1, True), (0.1, False)):
+    # The ball is a little blue as well.
+    dim = 1.0 - contacts.OPACITY
+    for y, low, high in ((-0.1, dim, 1.25 * dim), (0.1, 0.95, 1.05)):
         ball = lissom.Contact("arm", lissom.Sphere((0.15, y, 0), 0.05), stiffness=1e4)
         robot = lissom.Robot([lissom.Link("arm", rod=[SEGMENT])], gravity=(0, 0, 0), contacts=[ball])
         lissom.simulate(robot, 0.02).picture(tmp_path / "x.png", times=[0.0], view="front")
-        (_, columns), _ = drawn(tmp_path / "x.png")
-        is_blue = np.zeros(columns.max() + 1, bool)
-        is_blue[columns] = True
-        middle = (columns.min() + columns.max()) // 2
-        assert is_blue[middle] != is_hidden
+        (rows, columns), pixels = drawn(tmp_path / "x.png")
+        colour = np.ptp(pixels, axis=-1)[rows.min() : rows.max() + 1]
+        middle, end = ((columns.min() + columns.max()) // 2, columns.min() + 20)
+        assert low < colour[:, middle].max() / colour[:, end].max() < high
+
+
+def test_faces_of_obstacles_are_even(tmp_path):
+    """The cut faces of a box have no seams: in a figure of pixels each is of one colour."""
+    box = lissom.Contact("arm", lissom.Box((0.15, 0, -0.2), (0.1, 0.1, 0.1)), stiffness=1e4)
+    robot = lissom.Robot([lissom.Link("arm", rod=[SEGMENT])], gravity=(0, 0, 0), contacts=[box])
+    lissom.simulate(robot, 0.02).picture(tmp_path / "x.png", times=[0.0], view=(1, -2, 1))
+    _, pixels = drawn(tmp_path / "x.png")
+    colours, counts = np.unique(pixels.reshape(-1, 3), axis=0, return_counts=True)
+    is_grey = (np.ptp(colours, axis=1) < COLOURED) & (colours.min(axis=1) > 100) & (colours.max(axis=1) < 250)
+    faces = np.sort(counts[is_grey])[-3:].sum()
+    # The rest are edges of faces and of letters.
+    assert faces > 0.9 * counts[is_grey].sum()
+
+
+@pytest.mark.parametrize("turn", [0.0, 9.0])
+def test_tendons_are_painted_before_the_walls_over_them(turn):
+    """Inside a bent rod, too, where triangles of walls and tendons have about the same depth."""
+    segment = dataclasses.replace(SEGMENT, modes={"bend_y": 1})
+    pull = lissom.Tendon("pull", [lissom.Along("arm", (-0.007, 0.0))], tension=0.5)
+    robot = lissom.Robot([lissom.Link("arm", rod=[segment])], actuators=[pull])
+    found, _ = parts(
+        views.view(robot), np.full((1, 1), turn), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros(1), True
+    )
+    painted = painting.triangles(found, painting.seen_from(np.array([1.0, -0.5, 0.3]), np.array([0.0, 0, 1])))
+    place = np.arange(len(painted.corners))
+    middle = painted.corners.mean(axis=1)
+    tendon, wall = (np.flatnonzero(painted.is_inside == inside) for inside in (True, False))
+    assert len(tendon) > 100
+    point, over, depth = painting._over(middle[tendon], painted.corners[wall], 0.05)
+    # Walls over a place of the tendon, not those of another part of the bent rod.
+    near = np.abs(depth - middle[tendon[point], 2]) < 0.02
+    assert near.sum() > 100
+    assert (place[tendon[point[near]]] < place[wall[over[near]]]).all()
+
+
+def test_tendons_follow_bent_rods():
+    """The chords of a tendon in a ring of 0.1 m leave its circle by less than 0.2 % of the radius."""
+    segment = dataclasses.replace(SEGMENT, modes={"bend_y": 1})
+    pull = lissom.Tendon("pull", [lissom.Along("arm", (0.0, 0.0))], tension=0.5)
+    robot = lissom.Robot([lissom.Link("arm", rod=[segment])], actuators=[pull])
+    state = (np.full((1, 1), 20.0), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros(1))
+    found, _ = parts(views.view(robot), *state, True)
+    strand = next(part for part in found if part.layer == "tendons")
+    points = strand.centres[0]
+    middle = 0.5 * (points[1:] + points[:-1])
+    centre = robot.pose(state[0][0], 0.0)[:3, 3] - np.array([0.0, 0.0, 0.05])
+    assert np.linalg.norm(middle - centre, axis=1) == pytest.approx(0.05, rel=2e-3)
 
 
 def test_later_shapes_are_painted_over_earlier_ones():
@@ -117,19 +167,18 @@ def test_later_shapes_are_painted_over_earlier_ones():
         assert (np.diff(depth) >= 0.0).all()
 
 
-def test_obstacles_hide_all_shapes_behind_them(tmp_path):
-    """A ball before a rod that falls, or behind it: of three shapes there are only ends, on both sides."""
+def test_obstacles_dim_all_shapes_behind_them(tmp_path):
+    """A ball before a rod that falls, or behind it: of three shapes only the ends have their full colour."""
     ball = lissom.Contact("arm", lissom.Sphere((0.15, -0.3, -0.05), 0.15), stiffness=1e4)
     robot = lissom.Robot([lissom.Link("arm", rod=[SEGMENT])], contacts=[ball])
     result = lissom.simulate(robot, 0.2, dt=2e-3)
     result.picture(tmp_path / "x.png", times=[0.0, 0.1, 0.2], view="back")
-    (_, all_columns), _ = drawn(tmp_path / "x.png")
+    _, whole = drawn(tmp_path / "x.png")
     result.picture(tmp_path / "x.png", times=[0.0, 0.1, 0.2], view="front")
-    (rows, columns), pixels = drawn(tmp_path / "x.png")
-    assert len(columns) < 0.2 * len(all_columns)
-    # The ball is in the middle, and the tip of the last shape shows below it.
-    tall, wide = pixels.shape[:2]
-    assert not ((rows < 0.7 * tall) & (columns > 0.15 * wide) & (columns < 0.85 * wide)).any()
+    _, dimmed = drawn(tmp_path / "x.png")
+    full = 0.75 * np.ptp(whole, axis=-1).max()
+    counts = [(np.ptp(pixels, axis=-1) > full).sum() for pixels in (whole, dimmed)]
+    assert counts[1] < 0.2 * counts[0]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import warnings
 
 import numpy as np
 import pytest
@@ -79,6 +80,44 @@ def test_rows_without_equilibrium_do_not_stop_the_others():
     assert not followed.success.all()
 
 
+@pytest.mark.parametrize("workers", [1, 3])
+def test_doubts_of_all_rows_are_one_warning(workers):
+    """That of the row whose modes lack most, which is another one than the first."""
+    coarse = rod(modes=1)
+    with pytest.warns(lissom.AccuracyWarning) as caught:
+        found = lissom.statics_many(coarse, PULLS, workers=workers)
+    (warned,) = caught
+    assert warned.filename == __file__
+    errors = [one.space_error.relative for one in found]
+    row = int(np.argmax(errors))
+    assert row > 0
+    count, said = str(warned.message).split(": ", 1)
+    assert said in found.message[row]
+    assert said not in found.message[0]
+    assert count == f"{sum('number of modes' in message for message in found.message)} of 13 rows"
+
+
+def test_a_warning_that_is_an_error_keeps_the_rows():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(lissom.AccuracyWarning) as caught:
+            lissom.statics_many(rod(modes=1), PULLS)
+    assert caught.value.result.success.all()
+
+
+def test_rows_are_results(tmp_path):
+    found = lissom.statics_many(rod(), PULLS)
+    assert len(list(found)) == 13
+    np.testing.assert_array_equal(found[-1].q, found.q[-1])
+    assert found[2].status == found.status[2]
+    found[3].report(tmp_path / "row.html", rod(), u=PULLS[3])
+    assert (tmp_path / "row.html").exists()
+    with pytest.raises(IndexError, match="row: got 13, expected one of 13 rows"):
+        found[13]
+    with pytest.raises(TypeError, match="row: expected a whole number, got str"):
+        found["3"]
+
+
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
@@ -127,6 +166,8 @@ def test_ctrl_c_keeps_the_rows_until_then(follow, monkeypatch):
     assert list(found.status[4:]) == ["not_run"] * 9
     assert found.success[:4].all()
     assert np.isnan(found.q[4:]).all()
+    with pytest.raises(LookupError, match="row: 5 was not run"):
+        found[5]
 
 
 @pytest.mark.parametrize("way", [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
@@ -136,3 +177,4 @@ def test_copies(way):
     np.testing.assert_array_equal(twin.q, found.q)
     assert not twin.q.flags.writeable
     assert twin.message == found.message
+    np.testing.assert_array_equal(twin[1].q, found[1].q)

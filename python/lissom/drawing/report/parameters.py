@@ -207,7 +207,7 @@ def _left(result: FitResult) -> list[tuple[str, str]]:
 
 def _values(result: FitResult) -> page.Table:
     low, high = result.intervals.T
-    caption = f"The interval has a confidence of {100 * result.confidence:g} percent."
+    caption = f"SI units. The interval has a confidence of {100 * result.confidence:g} percent."
     table = _table(result.names, {"value": result.values, "low": low, "high": high}, caption)
     said = dict.fromkeys(result.names, "")
     said |= dict.fromkeys(result.at_bounds, "at a bound") | dict.fromkeys(

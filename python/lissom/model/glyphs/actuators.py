@@ -34,8 +34,9 @@ class ActuatorGlyph:
     force: Callable[[Array, Array, Array, Array], Array]
     #: Length, volume or coordinate, (k,), for (k, n) coordinates and (k,) times.
     length: Callable[[Array, Array], Array]
-    #: Its path as a polyline, (k, points, 3); None if it has none.
-    way: Callable[[Array, Array], Array] | None = None
+    #: Its path as a polyline, (k, points, 3); None if it has none. With the keyword `fineness`, so many times
+    #: the usual number of chords.
+    way: Callable[..., Array] | None = None
     #: For a chamber, the radius of the circle with its area, metres.
     radius: float = 0.0
     #: The coordinate that a motor moves: its link, and its name within the joint.
@@ -83,12 +84,13 @@ def _glyph(robot: Robot, actuator: object) -> ActuatorGlyph:
     )
 
 
-def _way(robot: Robot, path: Sequence[Along | Via], q: Array, t: Array) -> Array:
+def _way(robot: Robot, path: Sequence[Along | Via], q: Array, t: Array, fineness: int = 1) -> Array:
     """Points (k, points, 3) of a path, part after part."""
-    return np.concatenate([_points(robot, part, q, t) for part in path], axis=1)
+    count = fineness * (POINTS_OF_PART - 1) + 1
+    return np.concatenate([_points(robot, part, q, t, count) for part in path], axis=1)
 
 
-def _points(robot: Robot, part: Along | Via, q: Array, t: Array) -> Array:
+def _points(robot: Robot, part: Along | Via, q: Array, t: Array, count: int) -> Array:
     if isinstance(part, Via):
         point = np.asarray(part.point, float)
         if part.link is None:
@@ -99,7 +101,7 @@ def _points(robot: Robot, part: Along | Via, q: Array, t: Array) -> Array:
     assert part.link is not None
     rod = next(link.rod for link in robot.links if link.name == part.link)
     length = sum(segment.length for segment in rod or ())
-    X = np.linspace(*(part.along or (0.0, length)), POINTS_OF_PART)
+    X = np.linspace(*(part.along or (0.0, length)), count)
     beside = np.stack([np.zeros_like(X), *(_along(offset, X) for offset in part.offset)], axis=-1)
     return _beside(robot.pose(q, X, link=part.link, t=t), beside)
 
