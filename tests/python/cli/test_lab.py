@@ -165,6 +165,11 @@ def test_a_run_that_fails_has_no_error(quick):
         (["--start", "nan"], "--start: expected numbers from -1e+06 to 1e+06, got nan"),
         (["--start", "1", "--start", "1"], "--start: expected one to 7 different numbers, got 1, 1"),
         (["--mass", "0"], "--mass: expected a positive number, got 0"),
+        (
+            ["--mass", "1e-9"],
+            "--mass: expected 1e-07 kg or more, got 1e-09 kg: the spring oscillates at 1e+05 rad/s",
+        ),
+        (["--stiffness", "1e10"], "--stiffness: expected 1e+08 N/m or less, got 1e+10 N/m: the spring"),
         (["--young-modulus", "inf"], "--young-modulus: expected a positive number, got inf"),
         (["--elongation", "-1"], "--elongation: expected more than -1 m"),
         (["--retardation-time", "-1"], "--retardation-time: expected zero or more, got -1"),

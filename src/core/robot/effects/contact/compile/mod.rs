@@ -1,6 +1,7 @@
 //! Compiles contacts to parts of a plan.
 
 mod bodies;
+mod extents;
 mod stiffness;
 
 use std::f64::consts::PI;
@@ -23,6 +24,7 @@ use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
+pub(crate) use extents::check_extents;
 pub(crate) use stiffness::{OVERLAP, check_stiffness, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
@@ -223,16 +225,6 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
 /// Adds the curves of a link's rod; returns their indices.
 fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) -> Range<usize> {
     let first = contacts.curves.len();
-    // A plane intersects sections along one of their axes, and only this half extent matters.
-    let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
-        let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));
-        kept.dot(kept) > 0.5
-    });
-    let seen = |[y, z]: [f64; 2]| match is_seen {
-        [true, false] => [y; 2],
-        [false, true] => [z; 2],
-        _ => [y, z],
-    };
     let mut start = 0.0;
     for s in plan.links[link].rod.clone() {
         let piece = &plan.pieces[s];
@@ -243,7 +235,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             .chain(piece.gauss.nodes.iter().copied())
             .chain([1.0])
             .map(|x| {
-                let half_extents = seen(piece.part().half_extents(x));
+                let half_extents = extents::seen(plan, piece.part().half_extents(x));
                 Sample { x, radius: half_extents[0].max(half_extents[1]), half_extents }
             })
             .collect();

@@ -37,7 +37,7 @@ const LET_GO: f64 = 2.0;
 const FALLING: f64 = 4.0;
 
 /// Sections are looked at in this many parts of a segment along which they vary.
-const PARTS: usize = 8;
+pub(super) const PARTS: usize = 8;
 
 /// The stiffness of every contact of a robot.
 pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
