@@ -187,7 +187,7 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
 @pytest.mark.parametrize("method", ["rk45", "dop853", "radau"])
 @pytest.mark.parametrize("gap", [0.02, 1.0], ids=["pushes", "alone"])
 def test_the_balance_of_long_steps_beside_a_prescribed_motion_closes(method, gap):
-    """What is free rests for long, and steps of high order become longer than periods of what is prescribed."""
+    """What is free rests for long, and steps become longer than periods of what is prescribed."""
     ball = lissom.Body(0.1)
     push = lissom.Prismatic((1, 0, 0), motion=lissom.Harmonic(0.05, 2.9))
     free = lissom.Prismatic((1, 0, 0))

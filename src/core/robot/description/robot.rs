@@ -306,17 +306,22 @@ impl Robot {
         of_tendons.chain(of_springs).fold(0.0, f64::max)
     }
 
-    /// How far apart what has no size and rests where it begins is, in metres: first links of chains, and what loops hold at distances.
+    /// How far apart what has no size and rests where it begins is, in metres: the diagonal of the box around the first links of all
+    /// chains, and distances that loops hold.
     fn apart(&self) -> f64 {
-        let roots: Vec<[f64; 3]> =
-            self.links.iter().filter(|link| link.parent.is_none()).map(|link| link.position).collect();
-        let between = |from: [f64; 3], to: [f64; 3]| size(std::array::from_fn(|k| to[k] - from[k]));
-        let of_roots = roots.iter().flat_map(|&from| roots.iter().map(move |&to| between(from, to)));
+        let roots = self.links.iter().filter(|link| link.parent.is_none()).map(|link| link.position);
+        let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        let [least, most] = roots.fold(none, |[least, most], place| {
+            let each =
+                |pick: fn(f64, f64) -> f64, of: [f64; 3]| std::array::from_fn(|k| pick(of[k], place[k]));
+            [each(f64::min, least), each(f64::max, most)]
+        });
+        let of_roots = size(std::array::from_fn(|k| most[k] - least[k]));
         let of_loops = self.loops.iter().filter_map(|closed| match closed.tie {
             Tie::Distance { length, .. } => Some(length),
             _ => None,
         });
-        of_roots.chain(of_loops).fold(0.0, f64::max)
+        of_loops.fold(of_roots, f64::max)
     }
 
     /// Number of constraints: those of closed loops, and one per inextensible tendon.
