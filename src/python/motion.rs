@@ -48,6 +48,7 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     'finished', 'interrupted' (by the callback), 'no_initial_acceleration', 'newton_not_converged',
 ///     'singular_jacobian', 'non_finite', 'non_finite_jacobian' (method 'radau'), 'step_too_small', 'too_many_steps',
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: stability would require far too many steps),
+///     'unstable' (steps of a conditionally stable method are beyond its limit, and a vibration has grown),
 ///     'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is
 ///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), 'sunk'
 ///     (surfaces overlap by more than a radius), 'passed_through' (a body would pass through another one), 'loop_open' (closed

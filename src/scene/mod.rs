@@ -269,8 +269,7 @@ impl Scene {
         let Simulation { rtol, dt, output_dt, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_dt.unwrap_or(dt).min(self.simulation.duration()));
         let purpose = Purpose::Motion(self.simulation.t_span());
-        let modes =
-            accuracy::choose_modes(&robot, &self.open_modes, purpose, request, monitor)?;
+        let modes = accuracy::choose_modes(&robot, &self.open_modes, purpose, request, monitor)?;
         if modes.is_success {
             self.set_model(match &self.model {
                 Model::Rod(rod) => Model::Rod(rod.with_segments_of(&modes.robot)),

@@ -138,6 +138,18 @@ impl Scheme {
         if self.is_plain() && lack > 0.0 { lack.sqrt().recip() } else { f64::INFINITY }
     }
 
+    /// Spectral radius of the amplification matrix of a plain scheme for `x'' + c x' + k x = 0` and steps of size h, by `c h` and
+    /// `k h^2` (Hughes 2000, section 9.1.2): a vibration grows where it exceeds one.
+    pub(crate) fn amplification(&self, damping: f64, stiffness: f64) -> f64 {
+        let Self { beta, gamma, .. } = *self;
+        let leading = 1.0 + gamma * damping + beta * stiffness;
+        // The eigenvalues z are the roots of z^2 - 2 half z + product.
+        let half = (1.0 - (0.5 - gamma) * damping - 0.5 * (0.5 + gamma - 2.0 * beta) * stiffness) / leading;
+        let product = (1.0 - (1.0 - gamma) * damping + (0.5 - gamma + beta) * stiffness) / leading;
+        let discriminant = half * half - product;
+        if discriminant > 0.0 { half.abs() + discriminant.sqrt() } else { product.abs().sqrt() }
+    }
+
     /// True when algorithmic and true accelerations are the same.
     pub(super) fn is_plain(&self) -> bool {
         self.alpha_m == 0.0 && self.alpha_f == 0.0

@@ -9,7 +9,9 @@ use crate::model::Model;
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::State;
 
-/// Drags of more than this part of the range of a prescribed motion cause a doubt: moves of seven steps in cubic pieces.
+/// Drags of more than this part of the range of a prescribed motion cause a doubt: moves of seven steps in cubic pieces. So do
+/// velocities that are left of more than this part of the largest one, as of moves that begin and end within steps with accelerations
+/// that jump there.
 const DRAGGED: f64 = 2e-2;
 
 /// Steps over which what drags adds up. Over longer times motions that steps resolve leave velocities that add up too, which
@@ -27,6 +29,9 @@ struct Follower {
     highest: f64,
     /// The largest difference of places, in units of the range at the end.
     worst: f64,
+    /// The same of velocities, in units of the largest one.
+    left: f64,
+    fastest: f64,
 }
 
 /// All prescribed coordinates over a run with fixed steps.
@@ -57,6 +62,7 @@ impl Carried {
             motion,
             lowest: motion[0],
             highest: motion[0],
+            fastest: motion[1].abs(),
             ..Follower::default()
         };
         let followers = now.iter().map(at).collect();
@@ -70,14 +76,15 @@ impl Carried {
         self.now.clear();
         model.prescribed(&mut self.now);
         for (follower, &now) in self.followers.iter_mut().zip(&self.now) {
-            let Follower { motion, off: [place, velocity], lowest, highest, worst } = follower;
+            let Follower { motion, off: [place, velocity], lowest, highest, worst, left, fastest } = follower;
             let [before, here] = [*motion, now];
             let way = h * before[1] + h * h * ((0.5 - beta) * before[2] + beta * here[2]);
             let gain = h * ((1.0 - gamma) * before[2] + gamma * here[2]);
             *place = kept * (*place + h * *velocity) + way - (here[0] - before[0]);
             *velocity = kept * *velocity + gain - (here[1] - before[1]);
             (*lowest, *highest) = (lowest.min(here[0]), highest.max(here[0]));
-            *worst = worst.max(place.abs());
+            (*worst, *left) = (worst.max(place.abs()), left.max(velocity.abs()));
+            *fastest = fastest.max(here[1].abs());
             *motion = here;
         }
     }
@@ -94,35 +101,44 @@ impl Carried {
     /// Why the motion may be wrong, if much was dragged that nothing holds.
     pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
         let part = |follower: &Follower| {
+            let of = |off: f64, most: f64| if most > 0.0 { off / most } else { 0.0 };
             let range = follower.highest - follower.lowest;
-            if range > 0.0 { follower.worst / range } else { 0.0 }
+            [of(follower.worst, range), of(follower.left, follower.fastest)]
         };
-        let dragged = self.followers.iter().map(part).fold(0.0, f64::max);
-        if dragged <= DRAGGED {
+        let [dragged, left] = self
+            .followers
+            .iter()
+            .map(part)
+            .fold([0.0; 2], |[place, velocity], [p, v]| [f64::max(place, p), f64::max(velocity, v)]);
+        if dragged.max(left) <= DRAGGED {
             return None;
         }
         // What vibrates faster than that comes back meanwhile.
         let spectrum = Spectrum::new(model, end.t, end.q, end.v)?;
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).fold(f64::INFINITY, f64::min);
-        let of_free = dragged / (1.0 + (slowest * MEMORY * self.dt).powi(2));
-        (of_free > DRAGGED).then(|| {
-            format!(
-                "A prescribed motion takes only a few steps of {} s, whose accelerations tell too little of it: what is free behind it \
-                 is dragged along by up to {:.0} % of its way. Take steps of {:.1e} s or less, or method \"radau\".",
-                Number(self.dt),
-                (100.0 * of_free).min(100.0),
-                self.dt * (DRAGGED / of_free).sqrt()
-            )
-        })
+        let [dragged, left] = [dragged, left].map(|off| off / (1.0 + (slowest * MEMORY * self.dt).powi(2)));
+        let found = if dragged > DRAGGED {
+            format!("is dragged along by up to {:.0} % of its way", (100.0 * dragged).min(100.0))
+        } else if left > DRAGGED {
+            format!("keeps up to {:.0} % of its largest velocity", (100.0 * left).min(100.0))
+        } else {
+            return None;
+        };
+        Some(format!(
+            "A prescribed motion takes only a few steps of {} s, whose accelerations tell too little of it: what is free behind it {found}. \
+             Take steps of {:.1e} s or less, or method \"radau\".",
+            Number(self.dt),
+            self.dt * (DRAGGED / dragged).sqrt().min(DRAGGED / left)
+        ))
     }
 
     /// What goes on from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.t);
-        for Follower { motion, off, lowest, highest, worst } in &mut self.followers {
+        for Follower { motion, off, lowest, highest, worst, left, fastest } in &mut self.followers {
             tape.numbers(motion);
             tape.numbers(off);
-            [lowest, highest, worst].into_iter().for_each(|number| tape.number(number));
+            [lowest, highest, worst, left, fastest].into_iter().for_each(|number| tape.number(number));
         }
     }
 }

@@ -25,7 +25,8 @@ const AT_REST: f64 = 1e-4;
 /// The same for the weight, whose energy counts from an origin anywhere, and for motions that are uniform: errors of Newton's method are far smaller.
 const ROUNDING: f64 = 1e-9;
 
-/// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings.
+/// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings. So do
+/// closed loops without forces, from step to step.
 const ROUNDING_OF_PLACES: f64 = 1e-12;
 
 /// Changes by more than this factor of the largest kinetic energy are told in joules.
@@ -218,7 +219,7 @@ impl EnergyWatch {
             return None;
         };
         let change = gain.max(rise).max(if keeps_energy { loss } else { 0.0 });
-        if change <= energy_of_rounding(model, end) {
+        if change <= energy_of_rounding(model, end, self.dt) {
             return None;
         }
         Some(format!(
@@ -242,9 +243,12 @@ impl EnergyWatch {
     }
 }
 
-/// What the energy changes by if coordinates are off by rounding. Allocates.
-fn energy_of_rounding<M: Model>(model: &mut M, State { q, v, .. }: State<'_>) -> f64 {
-    let mut beside = model.facts().typical_coordinates.clone();
-    beside.iter_mut().zip(q).for_each(|(x, q)| *x = q + ROUNDING_OF_PLACES * *x);
-    (model.energy(&beside, v).total() - model.energy(q, v).total()).abs()
+/// What the energy changes by if coordinates are off by rounding, and what they move with if they are within one step. Allocates.
+fn energy_of_rounding<M: Model>(model: &mut M, State { q, v, .. }: State<'_>, dt: f64) -> f64 {
+    let mut by = model.facts().typical_coordinates.clone();
+    by.iter_mut().for_each(|size| *size *= ROUNDING_OF_PLACES);
+    let beside: Vec<f64> = q.iter().zip(&by).map(|(q, by)| q + by).collect();
+    let of_places = (model.energy(&beside, v).total() - model.energy(q, v).total()).abs();
+    by.iter_mut().for_each(|size| *size /= dt);
+    of_places + model.energy(q, &by).kinetic
 }

@@ -22,6 +22,7 @@ mod carried;
 mod changes;
 mod energy_watch;
 mod following;
+mod growth;
 mod integrator;
 mod method;
 mod resolving;

@@ -30,6 +30,8 @@ pub enum Status {
     Chattering,
     /// Stability would force more steps on an explicit method than are sensible.
     Stiff,
+    /// A conditionally stable method has let a vibration grow, with steps beyond its limit of stability.
+    Unstable,
     /// The limit of wall-clock time was reached.
     TimeLimit,
 }
@@ -49,6 +51,7 @@ impl Status {
             | Self::Singular
             | Self::Chattering
             | Self::Stiff
+            | Self::Unstable
             | Self::TimeLimit => false,
         }
     }
@@ -75,6 +78,7 @@ impl Status {
             Self::Singular => "singular_position",
             Self::Chattering => "chattering",
             Self::Stiff => "stiff",
+            Self::Unstable => "unstable",
             Self::TimeLimit => "time_limit",
         }
     }

@@ -151,6 +151,13 @@ def test_another_step_alone_leaves_the_reports_time_of_the_long_step(quick):
     assert [row["report_seconds"] for row in rows] == [1.6964, None]
 
 
+def test_stiffer_wires_are_stiffer_in_shear_too():
+    """The modulus of shear alone would not be one of a material."""
+    assert rod.lab_rod("horizontal", Setup(young_modulus=1e12)).segments[0].poisson_ratio == pytest.approx(
+        0.3125
+    )
+
+
 def test_a_run_that_fails_has_no_error(quick):
     """A wire of rubber turns by too much in a second."""
     numbers = rod.part(Setup(young_modulus=1e9)).numbers
@@ -165,6 +172,11 @@ def test_a_run_that_fails_has_no_error(quick):
         (["--start", "nan"], "--start: expected numbers from -1e+06 to 1e+06, got nan"),
         (["--start", "1", "--start", "1"], "--start: expected one to 7 different numbers, got 1, 1"),
         (["--mass", "0"], "--mass: expected a positive number, got 0"),
+        (
+            ["--mass", "1e-9"],
+            "--mass: expected 2.5e-06 kg or more, got 1e-09 kg: the spring oscillates at 1e+05 rad/s",
+        ),
+        (["--stiffness", "1e10"], "--stiffness: expected 4e+06 N/m or less, got 1e+10 N/m: the spring"),
         (["--young-modulus", "inf"], "--young-modulus: expected a positive number, got inf"),
         (["--elongation", "-1"], "--elongation: expected more than -1 m"),
         (["--retardation-time", "-1"], "--retardation-time: expected zero or more, got -1"),

@@ -303,3 +303,39 @@ def test_where_a_rod_is_welded_on_at_its_tip_does_not_matter():
         for at in (None, LENGTH / 2)
     ]
     assert_allclose(found, stiffness(cable()), rtol=1e-9)
+
+
+STIFF = np.diag([0.1, 0.1, 0.1, 1e4, 1e4, 1e4])
+
+
+@pytest.mark.parametrize(
+    ("inertia", "modes", "is_flat"),
+    [
+        ((0, 0, 0), {"bend_y": 2}, True),
+        ((0, 0, 0), {"bend_y": 2, "bend_z": 2}, True),
+        ((1e-5, 1e-5, 0), {"bend_y": 2}, False),
+        ((1e-5, 0, 1e-5), {"bend_y": 2}, True),
+        ((1e-5, 1e-5, 0), {"bend_y": 2, "bend_z": 2}, True),
+        ((2e-5, 1e-5, 1e-5), {"bend_y": 2, "bend_z": 2}, False),
+    ],
+)
+def test_sections_without_inertia_have_no_radius_to_touch_with(inertia, modes, is_flat):
+    """In the plane, only the extent within it counts."""
+    section = lissom.Section.given(STIFF, 0.1, inertia)
+    thick = lissom.Section.given(STIFF, 0.1, (2e-5, 1e-5, 1e-5))
+    rod = [
+        lissom.Segment(0.25, section=thick, modes=modes),
+        lissom.Segment(0.25, section=section, modes=modes),
+    ]
+    floor = lissom.Contact("finger", lissom.HalfSpace((0, 0, -0.05)), stiffness=1e4)
+    links = [lissom.Link("finger", rod=rod)]
+    if not is_flat:
+        assert lissom.simulate(lissom.Robot(links, contacts=[floor]), 0.3, dt=1e-3).status == "finished"
+        return
+    message = r'contacts\[0\]\.a: got the rod of "finger", of which segments\[1\] has no radius.*`inertia`'
+    with pytest.raises(ValueError, match=message):
+        lissom.Robot(links, contacts=[floor])
+    # A ball on it has a radius of its own, and what touches nothing needs none.
+    tip = lissom.Contact(lissom.Ball("finger", 0.01), lissom.HalfSpace((0, 0, -0.05)), stiffness=1e3)
+    assert lissom.Robot(links, contacts=[tip]).n > 0
+    assert lissom.Robot(links).n > 0

@@ -182,3 +182,23 @@ def test_reports_of_energies_that_are_not_finite_say_so(tmp_path):
     numbers = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert numbers["energy_drift"] is None
     assert "energy balance is not finite" in numbers["message"]
+
+
+@pytest.mark.parametrize("method", ["rk45", "dop853", "radau"])
+@pytest.mark.parametrize("gap", [0.02, 1.0], ids=["pushes", "alone"])
+def test_the_balance_of_long_steps_beside_a_prescribed_motion_closes(method, gap):
+    """What is free rests for long, and steps become longer than periods of what is prescribed."""
+    ball = lissom.Body(0.1)
+    push = lissom.Prismatic((1, 0, 0), motion=lissom.Harmonic(0.05, 2.9))
+    free = lissom.Prismatic((1, 0, 0))
+    links = [
+        lissom.Link("pusher", joint=push, body=ball),
+        lissom.Link("pushed", joint=free, body=ball, position=(0.2 + gap, 0, 0)),
+    ]
+    contact = lissom.Contact(
+        lissom.Ball("pusher", 0.1), lissom.Ball("pushed", 0.1), stiffness=500.0, dissipation=0.0
+    )
+    robot = lissom.Robot(links, gravity=(0, 0, 0), contacts=[contact])
+    motion = lissom.simulate(robot, 2.0, method=method, rtol=1e-9, atol=1e-12)
+    assert (motion.q[-1, 0] > 0.1) == (gap < 0.05)
+    assert motion.balance.drift < 2e-3

@@ -765,3 +765,30 @@ def test_default_names_of_loops_do_not_collide():
     ]
     with pytest.raises(ValueError, match='got "x", which another loop has'):
         Robot(bars.links, loops=[Loop(given.a, given.b, given.kind, name="x")] * 2)
+
+
+@pytest.mark.parametrize("method", ["newmark", "generalised_alpha"])
+@pytest.mark.parametrize("dt", [1e-2, 1e-3])
+def test_a_start_that_is_moved_to_fit_and_stays_is_not_doubted(method, dt):
+    """Without weight and motion, what the loop's rounding moves is no energy that rises."""
+    hinge = Revolute((0, 0, 1))
+    body = Body(1.0, centre=(0.5, 0, 0), inertia=np.diag([1e-3, 1 / 12, 1 / 12]))
+    links = [
+        Link("crank", orientation=about_z(np.pi / 2), joint=hinge, body=body),
+        Link(
+            "coupler",
+            parent="crank",
+            position=(1, 0, 0),
+            orientation=about_z(-np.pi / 2),
+            joint=hinge,
+            body=body,
+        ),
+        Link("rocker", position=(1, 0, 0), orientation=about_z(np.pi / 2), joint=hinge, body=body),
+    ]
+    pin = Loop(("rocker", None, (1, 0, 0)), ("coupler", None, (1, 0, 0)), hinge)
+    robot = Robot(links, gravity=(0, 0, 0), loops=[pin])
+    for start in ([0.3, -0.1, 0.2], [1e-3, 2e-3, -1e-3]):
+        motion = lissom.simulate(robot, 0.5, q0=start, dt=dt, method=method)
+        assert "start was moved by" in motion.message
+        assert motion.doubt is None
+        assert np.abs(motion.v).max() < 1e-9

@@ -277,3 +277,22 @@ def test_bodies_of_a_robot_count_like_those_of_links():
     beside = lissom.Robot([arm], bodies=[lissom.Body(1.0, centre=(2.0, 0, 0), link="arm")])
     welded = lissom.Robot([arm, lissom.Link("far", parent="arm", body=far)])
     assert length_of(beside) == length_of(welded) == 2.0
+
+
+@given(st.floats(1e-3, 1e3))
+@settings(max_examples=10, deadline=None)
+def test_point_masses_at_rest_on_springs_are_as_long_as_they_are_apart(metre):
+    """Nothing has a size, and nothing goes anywhere."""
+    rail = lissom.Prismatic((1, 0, 0), stiffness=10.0)
+
+    def masses(*places):
+        links = [
+            lissom.Link(f"{i}", joint=rail, body=lissom.Body(1.0), position=place)
+            for i, place in enumerate(places)
+        ]
+        return lissom.Robot(links, gravity=(0, 0, 0))
+
+    assert length_of(masses((0, 0, 0), (3 * metre, 0, 0), (3 * metre, 4 * metre, 0))) == pytest.approx(
+        5 * metre, rel=1e-3
+    )
+    assert length_of(masses((metre, 0, 0))) == 1.0, "nothing tells how long"

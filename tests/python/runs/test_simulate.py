@@ -987,6 +987,22 @@ def test_moves_of_few_steps_that_drag_along_what_is_free_are_doubted(method, kin
         assert abs(finer.q[-1, 0] + 1) < 0.04
 
 
+@pytest.mark.parametrize("steps", [12, 24, 80])
+def test_moves_whose_accelerations_jump_within_steps_leave_velocities_that_are_doubted(steps):
+    """A cosine that begins and ends between the ends of steps; exactly, the weight stays at rest."""
+    robot = carried(lambda t: 0.5 - 0.5 * np.cos(np.pi * min(max((t - 0.1037) / (steps * 0.01), 0), 1)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        run = lissom.simulate(robot, 1.2, dt=0.01)
+    fastest = 0.5 * np.pi / (steps * 0.01)
+    off = abs(run.v[-1, 0]) / fastest
+    assert off > 0.005
+    assert bool(run.doubt) == (off > 0.02), off
+    if steps == 24:
+        said = float(re.search(r"keeps up to (\d+) % of its largest velocity", run.doubt)[1]) / 100
+        assert said == pytest.approx(off, rel=0.3)
+
+
 def test_moves_of_few_steps_of_what_is_held_are_not_doubted():
     """A stiff spring brings the weight along."""
     for motion in (([0, 0.1, 0.15, 1.0], [0, 0, 1.0, 1.0], "monotone"), quintic(5)):

@@ -235,7 +235,8 @@ impl Robot {
     }
 
     /// Largest distance of stretched-out links and bodies from the first joint or rod that moves them, in metres; if this is zero, the
-    /// size of what is there: radii of gyration, balls, tendons; then how far it can go; one if nothing tells any.
+    /// size of what is there: radii of gyration, balls, tendons; then how far it can go; then how far apart it begins; one if nothing
+    /// tells any.
     pub fn length(&self) -> f64 {
         let starts = starts(self);
         let of_links = self.links.iter().enumerate().map(|(i, link)| (i, link.length()));
@@ -249,7 +250,8 @@ impl Robot {
         let is_any_moving = starts.iter().any(|&(_, moves)| moves);
         let counted = extents.iter().filter(|&&(link, _)| starts[link].1 || !is_any_moving);
         let longest = counted.map(|&(link, extent)| starts[link].0 + extent).fold(0.0, f64::max);
-        let known = [longest, self.breadth(), self.travel()].into_iter().find(|length| *length > 0.0);
+        let sizes = [longest, self.breadth(), self.travel(), self.apart()];
+        let known = sizes.into_iter().find(|length| *length > 0.0);
         known.unwrap_or(1.0)
     }
 
@@ -302,6 +304,24 @@ impl Robot {
             sag.max(rest).max(if range.is_finite() { range } else { 0.0 })
         });
         of_tendons.chain(of_springs).fold(0.0, f64::max)
+    }
+
+    /// How far apart what has no size and rests where it begins is, in metres: the diagonal of the box around the first links of all
+    /// chains, and distances that loops hold.
+    fn apart(&self) -> f64 {
+        let roots = self.links.iter().filter(|link| link.parent.is_none()).map(|link| link.position);
+        let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+        let [least, most] = roots.fold(none, |[least, most], place| {
+            let each =
+                |pick: fn(f64, f64) -> f64, of: [f64; 3]| std::array::from_fn(|k| pick(of[k], place[k]));
+            [each(f64::min, least), each(f64::max, most)]
+        });
+        let of_roots = size(std::array::from_fn(|k| most[k] - least[k]));
+        let of_loops = self.loops.iter().filter_map(|closed| match closed.tie {
+            Tie::Distance { length, .. } => Some(length),
+            _ => None,
+        });
+        of_loops.fold(of_roots, f64::max)
     }
 
     /// Number of constraints: those of closed loops, and one per inextensible tendon.

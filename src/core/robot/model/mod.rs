@@ -180,8 +180,7 @@ impl RobotModel {
     }
 
     fn with(robot: &Robot, sweeps: AnySweeps, solve: Option<Solve>) -> Result<Self, InvalidInput> {
-        effects::contact::compile::check_stiffness(robot)?;
-        on_sweeps!(&sweeps, sweeps => effects::contact::compile::check_bores(robot, &sweeps.plan().effects.contacts))?;
+        on_sweeps!(&sweeps, sweeps => effects::contact::compile::check(robot, sweeps.plan()))?;
         let coordinates = Coordinates::new(robot);
         let solve = match coordinates.are_driven() {
             // Joints that mimic others couple branches.

@@ -5,6 +5,7 @@ mod tendons;
 use super::carried::Carried;
 use super::changes::Changes;
 use super::energy_watch::EnergyWatch;
+use super::growth::Growth;
 use super::integrator::Integrator;
 use super::method::{Method, check_span, check_step};
 use super::resolving::Resolving;
@@ -60,6 +61,8 @@ pub struct Run<M> {
     is_watched: bool,
     /// What is prescribed, in steps of one size.
     carried: Option<Box<Carried>>,
+    /// Vibrations that grow in steps of one size, about the start.
+    growth: Option<Box<Growth>>,
     /// Impacts in steps of one size, and what was dissipated and done in the last step that was made once more for them.
     resolves_impacts: bool,
     may_resolve_impacts: bool,
@@ -127,6 +130,7 @@ impl<M: Model> Run<M> {
             supply: None,
             is_watched: false,
             carried: None,
+            growth: None,
             resolves_impacts,
             may_resolve_impacts: may_resolve,
             resolving: Resolving::default(),
@@ -222,6 +226,7 @@ impl<M: Model> Run<M> {
             self.is_watched = true;
             self.energy = self.watch();
             self.carried = self.follow();
+            self.growth = self.growing();
         }
         if !self.inputs_have_jumped {
             return Ok(None);
@@ -280,7 +285,30 @@ impl<M: Model> Run<M> {
         if self.steps() > steps {
             self.follow_prescribed(Carried::step)?;
         }
-        Ok(status)
+        Ok(self.where_grown(status))
+    }
+
+    /// Vibrations that grow about the current state, if steps are of one size.
+    fn growing(&mut self) -> Option<Box<Growth>> {
+        let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
+        self.integrator.observe(|model, state| Growth::new(model, state, scheme, dt)).map(Box::new)
+    }
+
+    /// Why the motion is wrong, if a vibration has grown that was within the limit of stability at the start.
+    fn grown_late(&mut self) -> Option<String> {
+        let (growth, steps) = (self.growing()?, self.steps());
+        self.observe(|_, state| growth.stop(state, steps)).map(|stop| stop.message)
+    }
+
+    /// The status after a step: at the end of an interval it is no success if the method has let a vibration grow.
+    fn where_grown(&mut self, status: Option<Status>) -> Option<Status> {
+        let Self { integrator, growth: Some(growth), .. } = self else { return status };
+        if !status.is_some_and(Status::is_success) {
+            return status;
+        }
+        let steps = integrator.steps();
+        let Some(stop) = integrator.observe(|_, state| growth.stop(state, steps)) else { return status };
+        Some(self.stop.insert(stop).status)
     }
 
     /// The watch on the energy, if steps are of one size.
@@ -481,7 +509,7 @@ impl<M: Model> Run<M> {
     /// Why the motion so far may be wrong although all steps were made: energy that fixed steps add or lose, as long as inputs are
     /// those of the start, and prescribed motions and impacts that they do not resolve.
     pub fn doubt(&mut self) -> Option<String> {
-        let Self { integrator, energy, carried, changes, .. } = self;
+        let Self { integrator, energy, carried, .. } = self;
         if integrator.steps() == 0 {
             return None;
         }
@@ -489,6 +517,8 @@ impl<M: Model> Run<M> {
             let of_energy = energy.as_ref().and_then(|energy| energy.verdict(model, state));
             of_energy.or_else(|| carried.as_ref()?.verdict(model, state))
         });
+        let of_growth = self.grown_late();
+        let Self { changes, .. } = self;
         let remedy = match (self.resolves_impacts, self.may_resolve_impacts) {
             (true, _) if self.resolving.is_exhausted() => Remedy::Bounded,
             (false, true) => Remedy::Resolve,
@@ -501,7 +531,7 @@ impl<M: Model> Run<M> {
                 Number(t)
             )
         });
-        of_motion.or(of_lengths).or_else(|| self.integrator.doubt(remedy))
+        of_growth.or(of_motion).or(of_lengths).or_else(|| self.integrator.doubt(remedy))
     }
 
     /// Describes a status of this run, with advice unless it is a success.
@@ -617,6 +647,16 @@ impl<M: Model> Run<M> {
         self.has_mass |= self.integrator.steps() > 0;
         self.serialise_watch(tape);
         self.serialise_changes(tape);
+        self.serialise_growth(tape);
+    }
+
+    fn serialise_growth(&mut self, tape: &mut Tape<'_>) {
+        let Some(scheme) = self.integrator.fixed_scheme() else { return };
+        // Versions before do not know it.
+        if scheme.stability_limit().is_finite() && !tape.is_over() {
+            let (n, blank) = (self.q().len(), Box::new(Growth::empty(scheme, self.dt)));
+            tape.optional(&mut self.growth, blank, |tape, growth| growth.serialise(n, tape));
+        }
     }
 
     fn serialise_changes(&mut self, tape: &mut Tape<'_>) {

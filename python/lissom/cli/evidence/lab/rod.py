@@ -54,10 +54,12 @@ INDEPENDENT_TIPS = {
 
 
 def lab_rod(base: str, setup: Setup = LABS) -> Rod:
-    """The lab's rod with one of its two bases. It bends in a plane: its shear modulus does not count."""
+    """The lab's rod with one of its two bases. It bends in a plane: its shear modulus does not count, and
+    follows Young's modulus."""
     changed = {
         name: getattr(setup, name) for name in ("radius", "young_modulus", "density", "retardation_time")
     }
+    changed["shear_modulus"] = WIRE["shear_modulus"] * (setup.young_modulus / LABS.young_modulus)
     return Rod([Segment(**WIRE | changed)], base_orientation=BASES[base])
 
 

@@ -14,6 +14,10 @@ COARSE_STEP = 1.0
 #: Shortest step, seconds: ten million of these are the 1000 s of table 1.
 SHORTEST_STEP = 1e-4
 
+#: Largest natural frequency of the spring, rad/s. In all, the explicit method takes some 5000 s times this in
+#: steps (most of them for the reference): seconds.
+FASTEST = 2e3
+
 #: Largest start of a search; far beyond, x^4 overflows.
 LARGEST_START = 1e6
 
@@ -73,8 +77,24 @@ class Setup:
                 raise ValueError(
                     f"{name.replace('_', '-')}: expected a positive number, got {getattr(self, name):g}"
                 )
+        self._check_frequency()
         if not 0.0 <= self.retardation_time < math.inf:
             raise ValueError(f"retardation-time: expected zero or more, got {self.retardation_time:g}")
+
+    def _check_frequency(self) -> None:
+        """Reject springs whose oscillations would take the explicit method more than minutes."""
+        frequency = math.sqrt(self.stiffness / self.mass)
+        if frequency <= FASTEST:
+            return
+        why = (
+            f"the spring oscillates at {frequency:.2g} rad/s, at which the 1000 s of table 1 take too many "
+            f"steps (at most {FASTEST:g} rad/s)"
+        )
+        if self.mass != self._default("mass"):
+            least = self.stiffness / FASTEST**2
+            raise ValueError(f"mass: expected {least:.2g} kg or more, got {self.mass:g} kg: {why}")
+        most = self.mass * FASTEST**2
+        raise ValueError(f"stiffness: expected {most:.2g} N/m or less, got {self.stiffness:g} N/m: {why}")
 
     def changes(self) -> list[str]:
         """The parameters that are not those of the lab's report, as ``mass 2 kg (report: 1 kg)``."""

@@ -10,7 +10,7 @@ use crate::robot::plan::space::Space;
 
 /// Rejects contacts of tubes with what is as thick as their bore: it would touch all around the wall, where forces know one place alone.
 /// Sections of rods must be round, for the same reason.
-pub(crate) fn check_bores<G: Space>(robot: &Robot, contacts: &Contacts<G>) -> Result<(), InvalidInput> {
+pub(super) fn check_bores<G: Space>(robot: &Robot, contacts: &Contacts<G>) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     for (i, contact) in robot.contacts.iter().enumerate() {
         for (s, place) in ["a", "b"].into_iter().enumerate() {

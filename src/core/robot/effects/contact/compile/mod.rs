@@ -2,12 +2,14 @@
 
 mod bodies;
 mod bores;
+mod extents;
 mod stiffness;
 
 use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::Arc;
 
+use crate::error::InvalidInput;
 use crate::numerics::lie::{LANES, Lanes as _, Quaternion, Rotation, Vector};
 use crate::robot::compile::links::Tree;
 use crate::robot::description::{Link, Robot};
@@ -25,8 +27,10 @@ use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
-pub(crate) use bores::check_bores;
-pub(crate) use stiffness::{OVERLAP, check_stiffness, needed_stiffness, of_material, stiffnesses};
+use bores::check_bores;
+use extents::check_extents;
+use stiffness::check_stiffness;
+pub(crate) use stiffness::{OVERLAP, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
 /// largest radius: twice half the circumference of the tightest possible ring.
@@ -34,6 +38,13 @@ const NEIGHBOURHOOD: f64 = 2.0 * PI;
 
 /// Sections whose half extents differ by less than this fraction are round.
 const ROUND: f64 = 1e-12;
+
+/// Rejects contacts that have no meaning: stiffnesses, sections without extent, rods that are thicker than the bores that they are in.
+pub(crate) fn check<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
+    check_stiffness(robot)?;
+    check_bores(robot, &plan.effects.contacts)?;
+    check_extents(robot, plan)
+}
 
 /// Places of all surfaces fixed to links, in the order of contacts and their surfaces.
 pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Place>> {
@@ -226,16 +237,6 @@ fn reaches<G: Turning>(plan: &Plan<G>, contacts: &Contacts<G>, sides: &[Side; 2]
 /// Adds the curves of a link's rod; returns their indices.
 fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) -> Range<usize> {
     let first = contacts.curves.len();
-    // A plane intersects sections along one of their axes, and only this half extent matters.
-    let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
-        let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));
-        kept.dot(kept) > 0.5
-    });
-    let seen = |[y, z]: [f64; 2]| match is_seen {
-        [true, false] => [y; 2],
-        [false, true] => [z; 2],
-        _ => [y, z],
-    };
     let mut start = 0.0;
     for s in plan.links[link].rod.clone() {
         let piece = &plan.pieces[s];
@@ -246,7 +247,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             .chain(piece.gauss.nodes.iter().copied())
             .chain([1.0])
             .map(|x| {
-                let half_extents = seen(piece.part().half_extents(x));
+                let half_extents = extents::seen(plan, piece.part().half_extents(x));
                 Sample { x, radius: half_extents[0].max(half_extents[1]), half_extents }
             })
             .collect();

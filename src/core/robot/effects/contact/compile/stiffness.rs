@@ -37,7 +37,7 @@ const LET_GO: f64 = 2.0;
 const FALLING: f64 = 4.0;
 
 /// Sections are looked at in this many parts of a segment along which they vary.
-const PARTS: usize = 8;
+pub(super) const PARTS: usize = 8;
 
 /// The stiffness of every contact of a robot.
 pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
@@ -59,7 +59,7 @@ pub(crate) fn needed_stiffness(robot: &Robot, contact: &Contact) -> f64 {
 }
 
 /// Rejects contacts of rods without a material, if nothing else tells how stiff they are.
-pub(crate) fn check_stiffness(robot: &Robot) -> Result<(), InvalidInput> {
+pub(super) fn check_stiffness(robot: &Robot) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     for (i, (contact, stiffness)) in robot.contacts.iter().zip(stiffnesses(robot)).enumerate() {
         let found = if contact.stiffness.is_none() { "none" } else { "\"material\"" };
