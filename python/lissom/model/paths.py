@@ -150,7 +150,8 @@ def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any)
         elif not is_last and part not in here:
             raise ValueError(
                 f"{up_to(path, i + 1)}: the scene has no such key, {meant(part, here)} "
-                "(a default has to be written before its parts can be swept)"
+                "(a default has to be written into the scene before its parts can be swept, such as "
+                "`gravity = [0, 0, -9.81]` in [scene] for 'scene.gravity[2]')"
             )
         if is_last:
             here[part] = value

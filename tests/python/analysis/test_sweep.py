@@ -197,6 +197,7 @@ def touchy(young_modulus, force):
 REFUSED = {
     "did you mean": ({"rod[0].segment[0].yuong_modulus": [1e6]}, "unknown key; did you mean `young_modulus`"),
     "no table": ({"rad[0].segment[0].radius": [1e-2]}, "rad: the scene has no such key.*did you mean 'rod'"),
+    "a default": ({"gravity[2]": [-1.6]}, r"gravity: the scene has no such key.*for 'scene.gravity\[2\]'"),
     "no segment": ({"rod[0].segment[3].radius": [1e-2]}, r"rod\[0\].segment\[3\]: the scene has 1 entry"),
     "no path": ({"rod[.x": [1.0]}, "expected a path of keys"),
     "index first": ({"[0].radius": [1e-2]}, "expected a path of keys"),
