@@ -313,7 +313,8 @@ impl<'a> FlowMeter<'a> {
             let mean: f64 = here().zip(GAUSS).map(|(power, (_, weight))| weight * power).sum();
             let [_, middle, _] = powers;
             // Nothing resolves powers that are not finite.
-            !((mean - middle[kind]).abs() > RESOLVED * largest)
+            let swings = (mean - middle[kind]).abs() > RESOLVED * largest;
+            !swings
         });
         if is_resolved || halvings == 0 {
             for ((_, weight), powers) in GAUSS.into_iter().zip(powers) {
