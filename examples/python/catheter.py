@@ -40,7 +40,7 @@ def catheter() -> lissom.Robot:
     base = lissom.Prismatic((1, 0, 0), motion=(*fed, "monotone"))
     wire = lissom.Link("wire", rod=[shaft] * 6 + [tip], joint=base, position=(-SHAFT - TIP, 0, 0))
     vessel = lissom.Tube(centre_line(), RADIUS + CLEARANCE, wall=2e-3)
-    wall = lissom.Contact("wire", vessel, stiffness=1e5, friction=FRICTION, slip_velocity=1e-3)
+    wall = lissom.Contact("wire", vessel, stiffness=2e6, friction=FRICTION, slip_velocity=1e-3)
     return lissom.Robot([wire], contacts=[wall], gravity=(0, 0, 0))
 
 

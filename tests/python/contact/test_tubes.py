@@ -244,6 +244,11 @@ def winding(turn=None, mirror=1.0, scale=1.0, number=41):
     return scale * (turn or Rotation.identity()).apply(points)
 
 
+def first(line, length):
+    """Those of many places along a line that come within a length."""
+    return line[np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))] < length]
+
+
 def hung(turn=None, mirror=1.0, scale=1.0, **law):
     """A rod of rubber that hangs in that vessel, and its equilibrium.
 
@@ -259,9 +264,7 @@ def hung(turn=None, mirror=1.0, scale=1.0, **law):
     gravity = scale * turn.apply([0, mirror * -3.0, -9.0])
     robot = lissom.Robot([rod], gravity=tuple(gravity), contacts=[contact])
     # In the axes of the rod's base.
-    line = winding(None, mirror, scale, 401)
-    along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]
-    start = robot.coordinates_of(line[along < 0.35 * scale])
+    start = robot.coordinates_of(first(winding(None, mirror, scale, 401), 0.35 * scale))
     found = lissom.statics(robot, start.q)
     assert found.success, found.message
     return robot, found.q
@@ -326,13 +329,14 @@ def test_a_tangent_of_a_ball_is_exact():
 
 
 def five_bends(number=26):
-    """Points of a planar vessel that winds about the x axis, with straight ends."""
+    """Points of a planar vessel that begins straight along the x axis, and winds about it."""
     x = np.linspace(0.0, 0.25, number)
-    fade = np.sin(np.pi * x / 0.25) ** 0.5
+    part = np.minimum(x / 0.05, 1.0)
+    fade = part**2 * (3.0 - 2.0 * part)
     return np.column_stack([x, 0 * x, 8e-3 * fade * np.sin(2 * np.pi * x / 0.1)])
 
 
-RADIUS, CLEARANCE, LONG, BENDING, WALL = 0.5e-3, 1e-3, 0.24, 1e-3, 1e5
+RADIUS, CLEARANCE, LONG, BENDING, WALL = 0.5e-3, 1e-3, 0.24, 2e-5, 1e5
 
 
 def energies(angles, line, along):
@@ -362,7 +366,7 @@ def test_a_catheter_in_five_bends_is_an_elastica_between_two_walls():
         contact = lissom.Contact("rod", lissom.Tube(tube, RADIUS + CLEARANCE), stiffness=WALL)
         rod = lissom.Link("rod", rod=[segment] * 12)
         robot = lissom.Robot([rod], contacts=[contact], gravity=(0, 0, 0))
-        start = robot.coordinates_of(centre_line(points, 500)[0][:470])
+        start = robot.coordinates_of(first(centre_line(points, 501)[0], LONG))
         found = lissom.statics(robot, start.q)
         assert found.success, found.message
         shapes.append(robot.pose(found.q, x, link="rod")[:, [0, 2], 3])

@@ -592,7 +592,7 @@ stiffness = 1e4
 [[contact]]
 name = "pipe"
 a = { link = "block", radius = 0.2 }
-b = { kind = "tube", points = [[0, 0, 0], [1, 0, 0], [2, 1, 0.5]], radius = 0.3, wall = 0.1 }
+b = { kind = "tube", points = [[-1, 0.55, 0.1], [1, 0.55, 0.1], [2, 1, 0.5]], radius = 0.3, wall = 0.1 }
 stiffness = 1e4
 [[contact]]
 name = "ring"
