@@ -4,7 +4,7 @@
 const SIMILARITY: f64 = 0.8;
 
 /// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
-const SYMBOLS: [(&str, &[&str]); 29] = [
+const SYMBOLS: [(&str, &[&str]); 35] = [
     ("E", &["young_modulus"]),
     ("G", &["shear_modulus"]),
     ("nu", &["poisson_ratio"]),
@@ -27,6 +27,12 @@ const SYMBOLS: [(&str, &[&str]); 29] = [
     ("T", &["tension"]),
     ("p", &["pressure"]),
     ("f", &["frequency"]),
+    ("diameter", &["radius"]),
+    ("damping", &["retardation_time"]),
+    ("position", &["base_position"]),
+    ("orientation", &["base_orientation"]),
+    ("direction", &["base_orientation", "orientation"]),
+    ("rotation", &["base_orientation", "orientation"]),
     ("explicit", &["rk45"]),
     ("implicit", &["newmark"]),
     ("stiff", &["radau"]),
@@ -99,7 +105,10 @@ mod tests {
     #[test]
     fn symbols_stand_for_names_that_are_known() {
         let meant = |word| suggestion(word, OF_SEGMENT.into_iter());
-        assert_eq!(["E", "G", "L", "r", "tau"].map(meant), [2, 3, 0, 1, 4].map(|i| Some(OF_SEGMENT[i])));
+        assert_eq!(
+            ["E", "G", "L", "r", "tau", "damping"].map(meant),
+            [2, 3, 0, 1, 4, 4].map(|i| Some(OF_SEGMENT[i]))
+        );
         // Neither symbols of what is not there, nor their letters in other words.
         assert_eq!(["rho", "F", "e"].map(meant), [None; 3]);
         assert_eq!(meant("youngs_modulus"), Some("young_modulus"));

@@ -15,8 +15,8 @@ impl<V: Numbers> StepperOf<V> {
         if self.unilateral.has_touched {
             return (
                 ", in which surfaces touch",
-                "Take a `dt` that is shorter than the impact, or give the contact less `stiffness`; adaptive steps and \
-                 `method=\"radau\"` find the step size themselves.",
+                "Take a `dt` that is shorter than the impact; adaptive steps and `method=\"radau\"` find the step size \
+                 themselves.",
             );
         }
         if self.is_one_sided && self.lengths != Lengths::Smooth {
