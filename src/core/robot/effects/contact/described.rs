@@ -372,8 +372,9 @@ impl Contact {
             "what moves: the name of a link with a rod, a Ball, or a shape on a link; obstacles come second",
         );
         if let (Some(shape), Some(other)) = (a.schema(), b.schema()) {
-            let is_body =
-                |surface: &Surface| !matches!(surface, Surface::HalfSpace(_) | Surface::HeightField(_) | Surface::Tube(_));
+            let is_body = |surface: &Surface| {
+                !matches!(surface, Surface::HalfSpace(_) | Surface::HeightField(_) | Surface::Tube(_))
+            };
             reader.require(
                 is_body(a) || is_body(b),
                 "b",
@@ -449,7 +450,9 @@ impl Surface {
             Self::ConvexMesh(ConvexMesh { points, faces, radius, at, .. }) => {
                 (Obstacle::ConvexMesh { points, faces, radius }, at)
             }
-            Self::Tube(Tube { points, radius, wall, at, .. }) => (Obstacle::Tube { points, radius, wall }, at),
+            Self::Tube(Tube { points, radius, wall, at, .. }) => {
+                (Obstacle::Tube { points, radius, wall }, at)
+            }
         };
         Some(match self.link() {
             None => Resolved::Obstacle(shape),

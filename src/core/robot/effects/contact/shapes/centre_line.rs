@@ -145,7 +145,8 @@ impl CentreLine {
         let mut length = 0.0;
         for ends in times.windows(2) {
             let h = ends[1] - ends[0];
-            let [[start, slope, bend], [_, _, next]] = [ends[0], ends[1]].map(|t| spline.motion(t).map(Vector::from));
+            let [[start, slope, bend], [_, _, next]] =
+                [ends[0], ends[1]].map(|t| spline.motion(t).map(Vector::from));
             let growth = (next - bend) * (h * h);
             let piece = Part { start, slope: slope * h, bend: bend * (h * h), growth, from: 0.0 };
             let turns = size(piece.bend).max(size(piece.bend + growth)) / h;
@@ -181,7 +182,8 @@ impl CentreLine {
 
     /// Places of the curve, so many between two places where its parts meet.
     pub(crate) fn places(&self, number: usize) -> Vec<Vector<f64>> {
-        let inner = |part: &Part| -> Vec<_> { (0..number).map(|k| part.at(k as f64 / number as f64)[0]).collect() };
+        let inner =
+            |part: &Part| -> Vec<_> { (0..number).map(|k| part.at(k as f64 / number as f64)[0]).collect() };
         let end = self.parts[self.parts.len() - 1].end();
         self.parts.iter().flat_map(inner).chain([end]).collect()
     }
@@ -242,7 +244,13 @@ impl CentreLine {
 
     /// Looks for a nearer place in a row of parts, in the nearer one of its halves first; the distance, the part and the fraction of it
     /// that are known.
-    fn look(&self, point: Vector<f64>, row: Range<usize>, balls: &[(Vector<f64>, f64)], best: &mut (f64, usize, f64)) {
+    fn look(
+        &self,
+        point: Vector<f64>,
+        row: Range<usize>,
+        balls: &[(Vector<f64>, f64)],
+        best: &mut (f64, usize, f64),
+    ) {
         let least = |(centre, radius): (Vector<f64>, f64)| between(point, centre) - radius;
         if least(balls[0]) >= best.0 {
             return;
@@ -273,7 +281,11 @@ fn enclose(parts: &[Part], balls: &mut Vec<(Vector<f64>, f64)>) {
     let own = balls.len();
     let middle = &parts[parts.len() / 2];
     let centre = middle.start;
-    let reach = parts.iter().map(Part::ball).map(|(there, radius)| between(centre, there) + radius).fold(0.0, f64::max);
+    let reach = parts
+        .iter()
+        .map(Part::ball)
+        .map(|(there, radius)| between(centre, there) + radius)
+        .fold(0.0, f64::max);
     balls.push(if parts.len() == 1 { middle.ball() } else { (centre, reach) });
     if parts.len() > 1 {
         let (first, second) = parts.split_at(parts.len() / 2);

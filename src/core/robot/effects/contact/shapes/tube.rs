@@ -77,7 +77,9 @@ impl Tube {
         // Within the wall: near an end, its plane may be nearer than the sides.
         let to_ends = [from, self.line.length() - from];
         let mut nearest = side;
-        for ([end, outward], _) in self.ends.into_iter().zip(to_ends).filter(|(_, to_end)| *to_end < self.wall) {
+        for ([end, outward], _) in
+            self.ends.into_iter().zip(to_ends).filter(|(_, to_end)| *to_end < self.wall)
+        {
             let value = outward.dot(point - end);
             if value > nearest.value {
                 nearest = Distance { value, normal: outward, curvature: Symmetric::diagonal(0.0) };
@@ -201,7 +203,8 @@ mod tests {
         let tightest = CentreLine::new(&points).tightest();
         assert!((tightest.radius - 0.2).abs() < 1e-5, "{tightest:?}");
         // Two legs at a distance of 0.1, whose bend is wider than half of that.
-        let legs = [v(0.0, 0.0, 0.0), v(0.5, 0.0, 0.0), v(0.6, 0.25, 0.0), v(0.5, 0.1, 0.2), v(0.0, 0.1, 0.0)];
+        let legs =
+            [v(0.0, 0.0, 0.0), v(0.5, 0.0, 0.0), v(0.6, 0.25, 0.0), v(0.5, 0.1, 0.2), v(0.0, 0.1, 0.0)];
         assert!(CentreLine::new(&legs).tightest().radius < 0.051);
         let straight = CentreLine::new(&[v(0.0, 0.0, 0.0), v(0.5, 0.3, 0.0)]).tightest();
         assert!(straight.radius > 1e9, "{straight:?}");
