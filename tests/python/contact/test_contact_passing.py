@@ -14,6 +14,7 @@ OBSTACLES = {
     "plate": lissom.Box((1, 0, 0), (5e-4, 1, 1)),
     "block": lissom.Box((1, 0, 0), (0.1, 1, 1)),
     "wire": lissom.Capsule((1, -1, 0), (1, 1, 0), 5e-4),
+    "pipe": lissom.Tube([(1, -1, 0), (1, 1, 0)], 0.06, wall=2e-3),
 }
 
 

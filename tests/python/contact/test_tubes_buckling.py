@@ -1,9 +1,9 @@
 """Long rods in straight tubes under axial force: waves and helices, against the theory of pipes in wells.
 
 Rods with the bending stiffness B at the bottom of a horizontal tube, with the radial clearance r and the
-weight w per length, buckle in waves at F = 2 sqrt(B w / r) (Dawson and Paslay 1984). Helices have less energy
-above sqrt(2) times that (Chen, Lin and Cheatham 1990). Without weight, F = 8 pi^2 B / p^2 for a helix of the
-pitch p (Lubinski, Althouse and Logan 1962).
+weight w per length, buckle in waves at F = 2 sqrt(B w / r) (Dawson and Paslay 1984). Without weight a helix
+presses with F^2 r / (4 B) per length on the wall at the pitch p = sqrt(8 pi^2 B / F) (Lubinski, Althouse and
+Logan 1962).
 """
 
 from __future__ import annotations
