@@ -125,6 +125,11 @@ pub fn choose_modes(
         }
         let coarse = match trials.run(robot, &needed)? {
             Ok(trial) => trial,
+            Err(Failed::Because(_)) => {
+                // Too few modes can be why: a beam between two walls cannot bend without stretching.
+                (kept, modes) = (SMALLER * kept, more);
+                continue;
+            }
             Err(failed) => return Ok(ended(failed, &modes, space_error)),
         };
         let error = SAFETY * largest(&distances(&fine.places, &coarse.places)) / robot.length();
@@ -137,8 +142,7 @@ pub fn choose_modes(
             }
             return Ok(Modes { robot: coarse.robot, space_error, is_success: true, message });
         }
-        kept *= SMALLER;
-        modes = more;
+        (kept, modes) = (SMALLER * kept, more);
     }
     let message = format!(
         "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",
