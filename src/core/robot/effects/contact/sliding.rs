@@ -3,8 +3,9 @@
 //!
 //! The row dxi of derivatives of that place with respect to the coordinates is that of `shapes::slide`. What forces change by for a
 //! unit of dxi is computed once: the wrenches of both sides, as if the place moved as the axis goes on, and the shares of the nodes
-//! of the second rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the stiffness, with a normal
-//! force f, the row `s = dxi` and the second derivative h of the distance along the axis: the distance is the smallest one there.
+//! of the second rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the
+//! stiffness, with a normal force f, the row `s = dxi` and the second derivative h of the distance along the axis: the distance is
+//! the smallest one there.
 //!
 //! The ends of an overlap slide along the first rod, too, and are not followed: the overlap is zero there, so that its integral does not
 //! change with them. How the error of its quadrature changes is what these tangents lack.
