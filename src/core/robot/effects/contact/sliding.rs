@@ -36,7 +36,8 @@ pub(super) struct Sliding {
 }
 
 /// Finds it, unless there is no second rod or the place is its end. Writes what nodes need for a unit of dxi, and the part of dxi that
-/// is due to the slope of the axis at the place in the frame of its first end.
+/// is due to strains of that rod at the place.
+#[inline(always)]
 pub(super) fn find<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -97,6 +98,7 @@ pub(super) fn find<G: Turning>(
 
 impl Sliding {
     /// Completes dxi times a factor by how both sides move.
+    #[inline(always)]
     pub(super) fn write(
         &self,
         reaches: &[Range<usize>],
