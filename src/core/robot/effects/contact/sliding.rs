@@ -3,8 +3,9 @@
 //!
 //! The row dxi of derivatives of that place with respect to the coordinates is that of `shapes::slide`. What forces change by for a
 //! unit of dxi is computed once: the wrenches of both sides, as if the place moved as the axis goes on, and the shares of the nodes
-//! of the second rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the stiffness, with a normal
-//! force f, the row `s = dxi` and the second derivative h of the distance along the axis: the distance is the smallest one there.
+//! of the second rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the
+//! stiffness, with a normal force f, the row `s = dxi` and the second derivative h of the distance along the axis: the distance is
+//! the smallest one there.
 //!
 //! The ends of an overlap slide along the first rod, too, and are not followed: the overlap is zero there, so that its integral does not
 //! change with them. How the error of its quadrature changes is what these tangents lack.
@@ -35,7 +36,8 @@ pub(super) struct Sliding {
 }
 
 /// Finds it, unless there is no second rod or the place is its end. Writes what nodes need for a unit of dxi, and the part of dxi that
-/// is due to the slope of the axis at the place in the frame of its first end.
+/// is due to strains of that rod at the place.
+#[inline(always)]
 pub(super) fn find<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -96,6 +98,7 @@ pub(super) fn find<G: Turning>(
 
 impl Sliding {
     /// Completes dxi times a factor by how both sides move.
+    #[inline(always)]
     pub(super) fn write(
         &self,
         reaches: &[Range<usize>],
