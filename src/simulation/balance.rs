@@ -124,6 +124,18 @@ impl Balance {
     }
 }
 
+/// Weights of the integral from 0 to `x` of the polynomial through values at 0, at the nodes of Gauss and at 1.
+fn weights_up_to(x: f64) -> [f64; 5] {
+    // Of the polynomials that are one at a node each, in s = 2 x - 1 from -1 on: those nodes are 0, the roots of 3/5, and 1.
+    let (s, g) = (2.0 * x - 1.0, 0.6_f64.sqrt());
+    let power = |k: i32| 0.5 * (s.powi(k + 1) - (-1.0_f64).powi(k + 1)) / f64::from(k + 1);
+    let [zeroth, linear, square, cubic, fourth] = [0, 1, 2, 3, 4].map(power);
+    let at_end = |side: f64| (fourth + side * cubic - 0.6 * square - side * 0.6 * linear) / 0.8;
+    let at_node = |side: f64| (fourth + side * g * cubic - square - side * g * linear) / -0.48;
+    let in_middle = (fourth - 1.6 * square + 0.6 * zeroth) / 0.6;
+    [at_end(-1.0), at_node(-1.0), in_middle, at_node(1.0), at_end(1.0)]
+}
+
 fn mean((before, after): (&f64, &f64)) -> f64 {
     0.5 * (before + after)
 }
@@ -271,7 +283,10 @@ impl<'a> FlowMeter<'a> {
         rotation_vectors::wrap(&model.facts().rotation_vectors, &mut self.q, &mut self.v, &mut [&mut self.a]);
         let before = self.total;
         if self.rule == Rule::Quintic {
-            self.over_part(model, &state, [0.0, 1.0], MOST_HALVINGS)?;
+            // A step that was followed otherwise has its flow at once.
+            if state.t > self.t {
+                self.over_part(model, &state, [0.0, 1.0], MOST_HALVINGS)?;
+            }
         } else {
             let h = state.t - self.t;
             for &(x, weight) in self.parts {
@@ -317,6 +332,7 @@ impl<'a> FlowMeter<'a> {
             !swings
         });
         if is_resolved || halvings == 0 {
+            self.record_within(model, state, [from, to], powers)?;
             for ((_, weight), powers) in GAUSS.into_iter().zip(powers) {
                 self.add(powers, h * (to - from) * weight);
             }
@@ -325,6 +341,44 @@ impl<'a> FlowMeter<'a> {
         let middle = 0.5 * (from + to);
         self.over_part(model, state, [from, middle], halvings - 1)?;
         self.over_part(model, state, [middle, to], halvings - 1)
+    }
+
+    /// Records the requested times before the end of a part of a step with these powers at the nodes of Gauss: the flow so far and the
+    /// integral of the polynomial through the powers there and at both ends. At the end this agrees with the formula of Gauss.
+    fn record_within<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        state: &State<'_>,
+        [from, to]: [f64; 2],
+        [first, middle, last]: [[f64; 2]; GAUSS.len()],
+    ) -> Result<(), Interrupted> {
+        let Some(times) = self.t_eval else { return Ok(()) };
+        let (t, h) = (self.t, state.t - self.t);
+        let end = if to < 1.0 { t + to * h } else { state.t };
+        let mut ends = None;
+        while let Some(&time) = times.get(self.flow.dissipated.len().max(self.flow.work.len()))
+            && time < end
+        {
+            let [start, stop] = match ends {
+                Some(known) => known,
+                None => {
+                    let mut found = [[0.0; 2]; 2];
+                    for (x, powers) in [from, to].into_iter().zip(&mut found) {
+                        self.place(state, x);
+                        *powers = self.powers_at(model, t + x * h)?;
+                    }
+                    *ends.insert(found)
+                }
+            };
+            let weights = weights_up_to(((time - t) / h - from) / (to - from));
+            let powers = [start, first, middle, last, stop];
+            self.record(std::array::from_fn(|kind| {
+                let mean: f64 =
+                    weights.iter().zip(&powers).map(|(weight, powers)| weight * powers[kind]).sum();
+                self.total[kind] + h * (to - from) * mean
+            }));
+        }
+        Ok(())
     }
 
     /// Finds the motion at the fraction `x` of the step to this state.
@@ -433,7 +487,8 @@ impl<'a> FlowMeter<'a> {
         }
     }
 
-    /// Records the requested times within the step to `state`, by cubic interpolation of energies and powers.
+    /// Records the requested times up to the end of the step to `state` that are not recorded yet, by cubic interpolation of energies
+    /// and powers.
     fn record_up_to<M: Model + ?Sized>(
         &mut self,
         model: &mut M,

