@@ -540,7 +540,9 @@ def test_pairs_that_do_not_touch_are_refused_with_what_does():
         (HeightField(np.zeros((2, 2)), 1.0, link="a"), field, "a height field for a height field"),
         (HalfSpace(link="a"), HalfSpace(), "a half-space for a half-space"),
     ]:
-        with pytest.raises(ValueError, match=rf"b: got {named}.*a body: half-spaces, height fields and tubes touch"):
+        with pytest.raises(
+            ValueError, match=rf"b: got {named}.*a body: half-spaces, height fields and tubes touch"
+        ):
             Contact(a, b, stiffness=1e3)
     with pytest.raises(ValueError, match="obstacles come second"):
         Contact(HalfSpace(), Ball("a", 0.1), stiffness=1e3)

@@ -1,4 +1,6 @@
-"""Numbers of modes that are chosen for an equilibrium: against models with many segments, and exact solutions."""
+"""Numbers of modes that are chosen for an equilibrium: against models with many segments, and exact shapes."""
+
+import itertools
 
 import numpy as np
 import pytest
@@ -18,7 +20,7 @@ def cone(modes, pieces=1, length=1.0, tip=0.1):
 
     segments = [
         lissom.Segment(length / pieces, (radius(a), radius(b)), **STEEL, modes=modes)
-        for a, b in zip(ends[:-1], ends[1:], strict=True)
+        for a, b in itertools.pairwise(ends)
     ]
     return lissom.Rod(segments, gravity=(0, 0, 0), tip_force=(0, 0, -2000 * length**2))
 
@@ -57,8 +59,8 @@ def test_a_moment_at_the_tip_needs_one_mode():
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5])
 def test_a_beam_between_walls_is_measured_along_its_length(rtol):
-    """Its tip is held, so that no mode moves it: deflections follow from those of a beam with both ends clamped. They are small beside
-    its radius: tension has no part in them."""
+    """Its tip is held, so that no mode moves it: deflections are those of a beam with both ends clamped.
+    They are small beside its radius: tension has no part in them."""
     force = 4.0
     wire = lissom.Segment(1.0, 5e-3, **STEEL, modes={"bend_y": 2})
     robot = lissom.Robot(
