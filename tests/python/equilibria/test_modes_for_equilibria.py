@@ -1,4 +1,4 @@
-"""Numbers of modes that are chosen for an equilibrium: against models with many segments, and exact shapes."""
+"""Numbers of modes that are chosen for an equilibrium: beside models with many segments, and exact shapes."""
 
 import itertools
 

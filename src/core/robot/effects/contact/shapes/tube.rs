@@ -216,7 +216,7 @@ mod tests {
         fn distances_are_those_of_the_nearest_place(
             k in 0.0..0.999,
             (angle, share) in (0.0..6.3, 0.02..1.6),
-            beyond in 0.0..0.03,
+            beyond in 0.0..0.03_f64,
         ) {
             let tube = vessel();
             let places = tube.line.places(20);
