@@ -27,7 +27,7 @@ class Newmark(Part):
         jac: Literal["analytic", "forward", "central"] = "analytic",
         predictor: Literal["best", "last", "zero"] = "best",
         reuse_jacobian: bool = True,
-        impacts: Literal["stopped", "resolved"] = "stopped",
+        impacts: Literal["auto", "stopped", "resolved"] = "auto",
     ) -> None: ...
     @property
     def rho_inf(self) -> float | None: ...
@@ -56,7 +56,7 @@ class Newmark(Part):
     @property
     def reuse_jacobian(self) -> bool: ...
     @property
-    def impacts(self) -> Literal["stopped", "resolved"]: ...
+    def impacts(self) -> Literal["auto", "stopped", "resolved"]: ...
 
 class Radau(Part):
     __match_args__ = ()

@@ -99,6 +99,8 @@ pub(crate) struct Unilateral {
     resolution: Resolution,
     /// Whether the last step was made once more by a method that resolves its impacts.
     pub(super) resumes: bool,
+    /// Whether the last step was made in parts.
+    pub(super) is_in_parts: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
     pressed: Pressed,
@@ -276,6 +278,12 @@ impl Unilateral {
     pub(super) fn begin_step(&mut self) {
         self.impacts_before = self.impacts;
         self.resolution = Resolution::Fine;
+        self.is_in_parts = false;
+    }
+
+    /// Whether the last step was made in parts: what has met in one of them need not touch at the end.
+    pub(crate) fn is_in_parts(&self) -> bool {
+        self.is_in_parts
     }
 
     /// Whether an impact in the last step takes only a few steps.

@@ -88,8 +88,9 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         // 3. In parts: the shorter a step, the more what moves outweighs what presses. Rods that are wedged in and steep
         // friction need that (`test_contact_hard`), and what would pass through each other (`test_contact_passing`).
         if self.in_parts(t_new, Memory::Dropped)?.is_ok() {
-            let unsettled = &mut self.unilateral().unsettled;
-            *unsettled = (*unsettled).max(1);
+            let unilateral = self.unilateral();
+            unilateral.is_in_parts = true;
+            unilateral.unsettled = unilateral.unsettled.max(1);
             return Ok(Ok(()));
         }
         // 4. The whole step without memory: one that is invalid whatever its size says why (`sunk`, `unresolved`).

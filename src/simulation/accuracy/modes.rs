@@ -5,7 +5,7 @@ use super::paths::{distances, largest};
 use super::request::Request;
 use super::run::{Plan, Run};
 use crate::analysis::statics::{self, Effort};
-use crate::description::rod::{MAX_MODES, STRAINS};
+use crate::description::rod::{MAX_MODES, STRAINS, reference_turns};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{Dynamics as _, InTime as _};
 use crate::numerics::linalg::Matrix;
@@ -31,6 +31,10 @@ const TRIALS: usize = 24;
 
 /// Number of states of a trial that are examined.
 const STATES: usize = 32;
+
+/// Turns of a segment by its reference strain up to which trials see what loads change: that swings with each turn, and polynomials
+/// follow it only from three modes per turn on (Boyd 2001, section 2.4).
+const MOST_TURNS: f64 = 3.0;
 
 /// Places of each segment that are measured beside tips.
 const SECTIONS: usize = 4;
@@ -89,6 +93,13 @@ pub fn choose_modes(
         let (place, expected) =
             (format!("segments[{segment}].basis"), "polynomials over the segment, such as \"legendre\"");
         check.require(!is_there || is_nested, &place, "piecewise functions", expected);
+        let turns = if is_there { reference_turns(segments[segment]) } else { 0.0 };
+        let expected = format!(
+            "at most {MOST_TURNS}: what loads change swings with each turn; make it of {} segments",
+            (turns / MOST_TURNS).ceil()
+        );
+        let place = format!("segments[{segment}].reference_strain");
+        check.require(turns <= MOST_TURNS, &place, format_args!("{turns:.1} turns"), &expected);
     }
     check.finish()?;
     let mut trials = Trials { open, purpose, request, monitor };
@@ -123,14 +134,14 @@ pub fn choose_modes(
             }
             continue;
         }
-        let coarse = match trials.run(robot, &needed)? {
-            Ok(trial) => trial,
-            Err(Failed::Because(_)) => {
+        let coarse = match trials.run(robot, &needed) {
+            Ok(Ok(trial)) => trial,
+            Err(_) | Ok(Err(Failed::Because(_))) => {
                 // Too few modes can be why: a beam between two walls cannot bend without stretching.
                 (kept, modes) = (SMALLER * kept, more);
                 continue;
             }
-            Err(failed) => return Ok(ended(failed, &modes, space_error)),
+            Ok(Err(failed)) => return Ok(ended(failed, &modes, space_error)),
         };
         let error = SAFETY * largest(&distances(&fine.places, &coarse.places)) / robot.length();
         let error = error.max(coarse.space_error.unwrap_or(0.0));

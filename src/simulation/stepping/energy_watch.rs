@@ -18,6 +18,9 @@ const RISE: f64 = 3e-2;
 /// So do losses by this part, where nothing dissipates.
 const LOSS: f64 = 3e-2;
 
+/// The same where rigid shapes meet, and steps that are not resolved stop them.
+const LOSS_IN_CONTACT: f64 = 0.25;
+
 /// Changes must exceed this part of the elastic energy too, that of overlaps included: what is nearly at rest vibrates by less
 /// than a hundredth of how far it is deformed, and its kinetic energy is no measure.
 const AT_REST: f64 = 1e-4;
@@ -54,6 +57,8 @@ pub(super) struct EnergyWatch {
     varies: bool,
     /// Whether neither the model nor the method takes energy out.
     keeps_energy: bool,
+    /// Whether the model takes none out, and only rigid shapes meet.
+    keeps_in_contact: bool,
     /// Whether every step is looked at in which surfaces may touch.
     has_contact: bool,
     /// The last energies, as many as a rise must last.
@@ -94,7 +99,7 @@ impl EnergyWatch {
             return None;
         }
         let is_driven = model.facts().is_driven || varies;
-        let is_free = !has_contact && !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
+        let is_free = !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
         let lasting = if has_contact { LASTING } else { 1 };
         let mut largest = model.energy(q, v);
         let (start, of_all) = (largest.total(), largest.kinetic);
@@ -108,7 +113,8 @@ impl EnergyWatch {
             supplied: 0.0,
             left: STRIDE,
             varies,
-            keeps_energy: is_free && scheme == Scheme::AVERAGE_ACCELERATION,
+            keeps_energy: is_free && !has_contact && scheme == Scheme::AVERAGE_ACCELERATION,
+            keeps_in_contact: is_free && has_contact && !model.facts().has_rods_in_contact,
             has_contact,
             last: vec![start; lasting],
             start,
@@ -196,6 +202,22 @@ impl EnergyWatch {
         let mut watch = self.clone();
         watch.look(model, end).ok()?;
         watch.found(model, end)
+    }
+
+    /// A warning if much of it has gone where rigid shapes meet, though nothing dissipates any, whatever steps have seen of impacts.
+    pub(super) fn loss_in_contact<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
+        let mut watch = self.clone();
+        watch.look(model, end).ok()?;
+        let lost = watch.start - watch.last.last()?;
+        let least = (LOSS_IN_CONTACT * watch.largest.kinetic).max(ROUNDING * watch.largest.gravitational);
+        (self.keeps_in_contact && lost > least).then(|| {
+            format!(
+                "The energy has fallen by {:.0} % of the largest kinetic energy, though nothing dissipates any: steps of {} s do not resolve \
+                 all impacts. Take shorter steps, or method \"radau\" or \"auto\".",
+                100.0 * lost / watch.largest.kinetic,
+                Number(self.dt)
+            )
+        })
     }
 
     fn found<M: Model>(self, model: &mut M, end: State<'_>) -> Option<String> {

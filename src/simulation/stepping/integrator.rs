@@ -125,9 +125,12 @@ impl<M: Model> Integrator<M> {
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
-        // Where hardly anything approaches, steps lose the energy of what slides and sticks.
         let may_matter = Resolving::matters(stepper.stopped()) || stepper.unilateral_mut().is_coarse();
-        let matters = resolving.goes_on() || may_matter && Resolving::matters(approaching(model, stepper)?);
+        // Where hardly anything approaches, steps lose the energy of what slides and sticks.
+        let matters = resolving.goes_on()
+            || may_matter
+                && (stepper.unilateral_mut().is_in_parts()
+                    || Resolving::matters(approaching(model, stepper)?));
         resolving.go_on(false);
         if !matters {
             return Ok(None);

@@ -458,3 +458,28 @@ def test_a_rod_that_starts_in_the_wall_is_refused_and_one_outside_stays_there():
         run = lissom.simulate(robot, 0.3, dt=1e-3)
         assert run.success, run.message
         assert 0.031 < run.q[:, 2].min() + height < 0.032
+
+
+@pytest.mark.parametrize("length", [2e-3, 4e-2])
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+def test_a_soft_rod_rests_on_the_ring_that_it_sags_in(length, unit):
+    """However short the ring: the search for the equilibrium does not step through its wall."""
+    segment = lissom.Segment(
+        1.0 / unit,
+        0.004 / unit,
+        1e8 * unit,
+        poisson_ratio=0.45,
+        density=1000 * unit**3,
+        modes={"bend_y": 8},
+    )
+    points = np.array([(0.7 - length / 2, 0, 0), (0.7 + length / 2, 0, 0)]) / unit
+    ring = lissom.Tube(points, 0.012 / unit)
+    robot = lissom.Robot(
+        [lissom.Link("rod", rod=[segment])],
+        contacts=[lissom.Contact("rod", ring)],
+        gravity=(0, 0, -9.81 / unit),
+    )
+    found = lissom.statics(robot, space_error=False)
+    assert found.success
+    height = robot.pose(found.q, [0.7 / unit], link="rod")[0, 2, 3] * unit
+    assert -0.0105 < height < -0.0075

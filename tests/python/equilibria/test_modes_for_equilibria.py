@@ -118,3 +118,29 @@ def test_no_equilibrium_no_choice():
     falling = lissom.Robot([lissom.Link("rod", joint=lissom.Free(), rod=[wire])])
     with pytest.raises(lissom.LissomError, match="No modes were chosen, because a trial failed"):
         lissom.choose_modes(falling, rtol=1e-2)
+
+
+@pytest.mark.parametrize("rtol", [1e-2, 1e-3])
+def test_ends_that_are_held_need_what_trials_without_modes_lack(rtol):
+    """Clamped at both ends, a wire without any modes is welded to what it hangs between."""
+    wire = lissom.Segment(1.0, 2e-3, **STEEL, modes={"bend_y": 3})
+    end = lissom.Loop(lissom.LoopEnd("wire", 1.0), lissom.LoopEnd(None, position=(1, 0, 0)), lissom.Weld())
+    chosen = lissom.choose_modes(lissom.Robot([lissom.Link("wire", rod=[wire])], loops=[end]), rtol=rtol)
+    assert lissom.statics(chosen).success
+
+
+def test_coils_are_cut_into_segments():
+    """What a load changes swings with each turn, which few polynomials do not see."""
+
+    def spring(pieces):
+        coil = lissom.Segment(1.0 / pieces, 2e-3, **STEEL, modes={}, reference_strain=(3, 0, 60, 1, 0, 0))
+        return lissom.Rod([coil] * pieces, gravity=(0, 0, 0), tip_force=(0, 0, 30))
+
+    with pytest.raises(ValueError, match=r"segments\[0\].reference_strain: got 9.6 turns, expected at most 3"):
+        lissom.choose_modes(spring(1), rtol=1e-3)
+    chosen = lissom.choose_modes(spring(4), rtol=1e-3)
+    modes = {"torsion": 6, "bend_y": 6, "bend_z": 6, "stretch": 4, "shear_y": 4, "shear_z": 4}
+    coil = lissom.Segment(1.0 / 24, 2e-3, **STEEL, modes=modes, reference_strain=(3, 0, 60, 1, 0, 0))
+    fine = lissom.Rod([coil] * 24, gravity=(0, 0, 0), tip_force=(0, 0, 30))
+    found, exact = (places(rod, lissom.statics(rod).q, 33) for rod in (chosen, fine))
+    assert np.linalg.norm(found - exact, axis=1).max() < 1e-3

@@ -32,6 +32,7 @@ pub mod described {
 }
 
 pub use basis::{Basis, legendre};
+pub use nodes::reference_turns;
 pub use profile::{MAX_DEGREE, MAX_STATIONS, Parts, Profile, Unsampled};
 pub use quadrature::{Gauss, Integral};
 pub use section::{GivenSection, Section, SectionProperties, Shape, ShearCorrection, diagonal};

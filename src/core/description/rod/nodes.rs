@@ -1,9 +1,10 @@
 //! Number and positions of the quadrature nodes of a piece of a segment.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
-use super::piece::Piece;
+use super::piece::{self, Piece};
 use super::quadrature::Gauss;
+use super::segment::Segment;
 use crate::numerics::lie::LANES;
 
 /// Number of nodes that a segment needs beyond its number of modes. Two integrations (strain to velocity,
@@ -65,6 +66,11 @@ pub(crate) fn turn(piece: &Piece) -> f64 {
     const LOOKS: usize = 32;
     let places: Vec<f64> = (0..=LOOKS).map(|i| i as f64 / LOOKS as f64).collect();
     largest_reference_curvature(piece, &places) * piece.length()
+}
+
+/// How often a segment turns by its reference strain, at the rate of the largest curvature or twist of each piece.
+pub fn reference_turns(segment: &Segment) -> f64 {
+    piece::of(segment).map(|piece| turn(&piece)).sum::<f64>() / TAU
 }
 
 /// Largest curvature or twist of the reference strain at these points.

@@ -531,7 +531,10 @@ impl<M: Model> Run<M> {
                 Number(t)
             )
         });
-        of_growth.or(of_motion).or(of_lengths).or_else(|| self.integrator.doubt(remedy))
+        let Self { integrator, energy, .. } = self;
+        let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
+        let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
+        known.or_else(|| integrator.observe(of_losses))
     }
 
     /// Describes a status of this run, with advice unless it is a success.

@@ -196,7 +196,7 @@ impl Radius {
     /// bends: only its middle tells the sides from each other.
     fn beside(self, radius: f64, solid: &Solid) -> f64 {
         match (self, solid) {
-            (Self::Smaller | Self::Larger, Solid::Tube(tube)) => radius + 0.5 * tube.wall(),
+            (Self::Smaller | Self::Larger, Solid::Tube(tube)) => radius + tube.deepest(),
             _ => self.of(radius, round(solid)),
         }
     }

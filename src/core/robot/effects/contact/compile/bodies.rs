@@ -4,7 +4,7 @@
 //! that forces would jump where a corner slides over an edge. Therefore boxes and sharp meshes are computed
 //! as smaller cores, rounded by the difference.
 
-use super::{Axes, solid};
+use super::axes::{Axes, solid};
 use crate::numerics::lie::{Quaternion, Vector};
 use crate::robot::effects::contact::plan::{Body, Contacts, Fixed, Side};
 use crate::robot::effects::contact::shapes::convex_mesh::ConvexMesh;

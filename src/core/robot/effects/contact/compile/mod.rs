@@ -1,5 +1,6 @@
 //! Compiles contacts to parts of a plan.
 
+mod axes;
 mod bodies;
 mod bores;
 mod extents;
@@ -7,26 +8,21 @@ mod stiffness;
 
 use std::f64::consts::PI;
 use std::ops::Range;
-use std::sync::Arc;
 
 use crate::error::InvalidInput;
-use crate::numerics::lie::{LANES, Lanes as _, Quaternion, Rotation, Vector};
 use crate::robot::compile::links::Tree;
-use crate::robot::description::{Link, Robot};
+use crate::robot::description::Robot;
 use crate::robot::effects::contact::plan::{
-    Ball, Contacts, Curve, Fixed, Fixture, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
+    Ball, Contacts, Curve, Fixed, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
 };
-use crate::robot::effects::contact::shapes::convex_mesh::ConvexMesh;
-use crate::robot::effects::contact::shapes::height_field::HeightField;
-use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::Law;
-use crate::robot::effects::contact::shapes::tube::Tube;
 use crate::robot::effects::contact::{Contact, Obstacle, Surface};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
+use axes::{Axes, solid};
 use bores::check_bores;
 use extents::check_extents;
 use stiffness::check_stiffness;
@@ -343,124 +339,6 @@ impl<'a> Form<'a> {
             | Obstacle::Sphere { .. }
             | Obstacle::HeightField { .. }
             | Obstacle::Tube { .. } => Self::Solid(shape),
-        }
-    }
-}
-
-/// Axes in which a surface is computed, and its pose in these axes.
-struct Axes {
-    /// Index of the fixture; `None` is the frame of the plan.
-    on: Option<usize>,
-    /// Pose of the axes in which the surface is given.
-    rotation: Rotation<f64>,
-    position: Vector<f64>,
-    /// Whether that pose is to be inverted.
-    is_inverse: bool,
-}
-
-impl Axes {
-    /// The frame of the plan, which is that of the first link's joint; for a moving base, the frame fixed in
-    /// the world.
-    fn in_world<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, root: &Link) -> Self {
-        let on = plan.world.motion.is_some().then(|| fixture(contacts, plan, None));
-        let rotation = Quaternion::from_array(root.orientation).rotation();
-        Self { on, rotation, position: Vector::from(root.position), is_inverse: true }
-    }
-
-    /// Axes of the point that carries surface number `surface` among those on links.
-    fn on_link<G: Turning>(
-        contacts: &mut Contacts<G>,
-        plan: &Plan<G>,
-        number: usize,
-        link: usize,
-        at: Option<f64>,
-    ) -> Self {
-        let point = plan.points.iter().position(|point| point.effects.surfaces.contains(&number));
-        let point = point.expect("every surface on a link is at a point");
-        let on = Some(fixture(contacts, plan, Some(point)));
-        // Links that are welded together share a point.
-        let beside = place::on_link(&plan.pieces, &plan.links[link], at).beside;
-        let (rotation, position) = beside.map_or_else(
-            || (Rotation::identity(), Vector::zero()),
-            |beside| (beside.orientation.rotation(), beside.position),
-        );
-        Self { on, rotation, position, is_inverse: false }
-    }
-
-    fn turn(&self, v: Vector<f64>) -> Vector<f64> {
-        if self.is_inverse { self.rotation.apply_transposed(v) } else { self.rotation.apply(v) }
-    }
-
-    fn place(&self, point: [f64; 3]) -> Vector<f64> {
-        let point = Vector::from(point);
-        if self.is_inverse { self.turn(point - self.position) } else { self.position + self.turn(point) }
-    }
-}
-
-/// The fixture at a point; created if it does not exist yet.
-fn fixture<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, point: Option<usize>) -> usize {
-    let known = contacts.fixtures.iter().position(|fixture| fixture.point == point);
-    known.unwrap_or_else(|| {
-        let moved_by =
-            point.map_or_else(Vec::new, |point| kinematics::moved_by(plan, &plan.points[point].place));
-        let turned_by = turned_by(plan, &moved_by);
-        contacts.fixtures.push(Fixture { point, moved_by, turned_by });
-        contacts.fixtures.len() - 1
-    })
-}
-
-/// Angular coordinates of pieces that rotate what these pieces move, each with the largest rotation per unit.
-fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> Vec<(usize, f64)> {
-    let mut found = Vec::new();
-    for (p, weights) in moved_by {
-        let piece = &plan.pieces[*p];
-        if let Some(hinge) = &piece.hinge {
-            found.extend(hinge.turns.then_some((piece.first, 1.0)));
-            continue;
-        }
-        for component in piece.components.iter().filter(|component| component.index < G::ANGULAR) {
-            for (degree, basis) in piece.basis.chunks_exact(piece.packs).take(component.modes).enumerate() {
-                let products = weights.iter().zip(basis).map(|(&weight, &basis)| weight * basis);
-                let sizes = products.flat_map(|pack| (0..LANES).map(move |lane| pack.lane(lane).abs()));
-                found.push((component.first + degree, sizes.sum()));
-            }
-        }
-    }
-    found
-}
-
-/// A shape in the axes of its computation.
-fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
-    let seen = |point: &[f64; 3]| axes.place(*point);
-    let axes_of = |orientation: &[f64; 4]| {
-        let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
-        Rotation { x: axes.turn(x), y: axes.turn(y), z: axes.turn(z) }
-    };
-    match shape {
-        Obstacle::HalfSpace { point, normal } => {
-            let normal = Vector::from(crate::description::joint::unit(*normal));
-            Solid::HalfSpace { point: seen(point), normal: axes.turn(normal) }
-        }
-        Obstacle::Sphere { centre, radius } => Solid::Ball { centre: seen(centre), radius: *radius },
-        Obstacle::Capsule { ends: [start, end], radius } => {
-            Solid::Capsule { ends: [seen(start), seen(end)], radius: *radius }
-        }
-        Obstacle::Cuboid { centre, half_extents, orientation } => {
-            let axes = axes_of(orientation);
-            let half_extents = Vector::from(*half_extents);
-            Solid::Cuboid { centre: seen(centre), axes, half_extents, radius: 0.0 }
-        }
-        Obstacle::HeightField { heights, shape, spacing, corner, orientation } => {
-            let axes = axes_of(orientation);
-            Solid::HeightField(Arc::new(HeightField::new(heights, *shape, *spacing, seen(corner), axes)))
-        }
-        Obstacle::ConvexMesh { points, faces, radius } => {
-            let points: Vec<_> = points.iter().map(seen).collect();
-            Solid::ConvexMesh(Arc::new(ConvexMesh::new(&points, faces, *radius)))
-        }
-        Obstacle::Tube { points, radius, wall } => {
-            let points: Vec<_> = points.iter().map(seen).collect();
-            Solid::Tube(Arc::new(Tube::new(&points, *radius, wall.unwrap_or(*radius))))
         }
     }
 }

@@ -38,9 +38,9 @@ impl Tube {
         self.radius
     }
 
-    /// Thickness of the wall.
-    pub(crate) fn wall(&self) -> f64 {
-        self.wall
+    /// How deep places in the wall can be at most: those of rings are nearer to the ends than to the sides.
+    pub(crate) fn deepest(&self) -> f64 {
+        0.5 * self.wall.min(self.line.length())
     }
 
     /// Largest curvature of the centre line, per metre.
