@@ -136,7 +136,9 @@ def test_coils_are_cut_into_segments():
         coil = lissom.Segment(1.0 / pieces, 2e-3, **STEEL, modes={}, reference_strain=(3, 0, 60, 1, 0, 0))
         return lissom.Rod([coil] * pieces, gravity=(0, 0, 0), tip_force=(0, 0, 30))
 
-    with pytest.raises(ValueError, match=r"segments\[0\].reference_strain: got 9.6 turns, expected at most 3"):
+    with pytest.raises(
+        ValueError, match=r"segments\[0\].reference_strain: got 9.6 turns, expected at most 3"
+    ):
         lissom.choose_modes(spring(1), rtol=1e-3)
     chosen = lissom.choose_modes(spring(4), rtol=1e-3)
     modes = {"torsion": 6, "bend_y": 6, "bend_z": 6, "stretch": 4, "shear_y": 4, "shear_z": 4}
