@@ -43,7 +43,7 @@ const DRAWN: usize = 4;
 ///
 /// # Errors
 ///
-/// What [`check`] finds of the points.
+/// What `check` finds of the points.
 pub fn centre_line(points: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, InvalidInput> {
     let mut found = Checker::new();
     check(&mut found, points, 0.0);
