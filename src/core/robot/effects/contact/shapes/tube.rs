@@ -195,13 +195,16 @@ mod tests {
 
     #[test]
     fn rings_of_points_are_as_tight_as_their_circle() {
-        let on_circle = |k: i32| {
-            let angle = 0.1 * f64::from(k);
-            v(0.2 * angle.cos(), 0.2 * angle.sin(), 0.0)
-        };
-        let points: Vec<_> = (0..=30).map(on_circle).collect();
-        let tightest = CentreLine::new(&points).tightest();
-        assert!((tightest.radius - 0.2).abs() < 1e-5, "{tightest:?}");
+        // Second derivatives of a cubic spline through points at a distance h are off by h^2, most at its ends (de Boor 1978).
+        for (number, spacing) in [(30, 0.1_f64), (60, 0.05)] {
+            let on_circle = |k: i32| {
+                let angle = spacing * f64::from(k);
+                v(0.2 * angle.cos(), 0.2 * angle.sin(), 0.0)
+            };
+            let points: Vec<_> = (0..=number).map(on_circle).collect();
+            let tightest = CentreLine::new(&points).tightest();
+            assert!((tightest.radius - 0.2).abs() < 0.2 * spacing.powi(2), "{tightest:?}");
+        }
         // Two legs at a distance of 0.1, whose bend is wider than half of that.
         let legs =
             [v(0.0, 0.0, 0.0), v(0.5, 0.0, 0.0), v(0.6, 0.25, 0.0), v(0.5, 0.1, 0.2), v(0.0, 0.1, 0.0)];
