@@ -6,7 +6,7 @@
 use std::hint::black_box;
 
 use lissom::actuator::{Actuator, Along, Drive, Part, Tendon};
-use lissom::contact::{Contact, Obstacle, Surface};
+use lissom::contact::{Contact, HalfSpace, Obstacle, Surface};
 use lissom::linalg::{Matrix, TreeLu};
 use lissom::loops::{Loop, LoopEnd, Tie};
 use lissom::model::{Dynamics, ForwardScratch, Model, Tree};
@@ -45,7 +45,7 @@ fn on_a_bar() -> RobotModel {
 
 /// Two soft segments far above a floor.
 fn above_a_floor() -> RobotModel {
-    let floor = Obstacle::HalfSpace { point: [0.0, 0.0, -10.0], normal: [0.0, 0.0, 1.0] };
+    let floor = Obstacle::HalfSpace(HalfSpace { point: [0.0, 0.0, -10.0], normal: [0.0, 0.0, 1.0] });
     let contact = Contact::between("floor", [Surface::Rod { link: 0 }, Surface::Obstacle(floor)]);
     let robot = Robot::from(&two_segments([2, 2, 2, 0, 0, 0], 0));
     RobotModel::new(&Robot { contacts: vec![contact], ..robot }).expect("a valid robot")

@@ -1,7 +1,7 @@
 //! The Newmark family against exact solutions and its own theory.
 
 use lissom::body::Body;
-use lissom::contact::{Contact, Obstacle, Surface};
+use lissom::contact::{Contact, HalfSpace, Obstacle, Surface};
 use lissom::error::Interrupted;
 use lissom::joint::{Joint, JointForces};
 use lissom::linalg::{Lu, Matrix};
@@ -1048,7 +1048,8 @@ fn rods_on_a_floor() -> RobotModel {
         }
     };
     let between = |a: usize, b: Option<usize>| {
-        let floor = Surface::Obstacle(Obstacle::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+        let floor =
+            Surface::Obstacle(Obstacle::HalfSpace(HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] }));
         let other = b.map_or(floor, |link| Surface::Rod { link });
         let contact = Contact::between(&format!("{a} {b:?}"), [Surface::Rod { link: a }, other]);
         Contact { friction: [0.3; 3], ..contact }

@@ -5,7 +5,7 @@ use crate::description::joint::Motion;
 use crate::description::rod::{STRAIGHT, piece};
 use crate::numerics::lie::{Plane, Quaternion};
 use crate::robot::effects::actuator::{Actuator, Via};
-use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::effects::contact::{Contact, Surface};
 use crate::robot::effects::loops::{Loop, LoopEnd};
 
 /// Kernel of a robot: the geometry of its recursions.
@@ -57,25 +57,12 @@ fn touches_in(plane: &Plane, contact: &Contact, root: &Link) -> bool {
         Surface::Rod { .. } => true,
         Surface::Ball { position, .. } => position[i] == 0.0,
         // In the axes of a section or body that stays in the plane.
-        Surface::Solid { shape, .. } => lies_across(i, shape, 0.0),
+        Surface::Solid { shape, .. } => shape.shape().lies_across(i, 0.0),
         // Obstacles are given relative to the root.
         Surface::Obstacle(obstacle) => {
-            root.orientation == [1.0, 0.0, 0.0, 0.0] && lies_across(i, obstacle, root.position[i])
+            root.orientation == [1.0, 0.0, 0.0, 0.0] && obstacle.shape().lies_across(i, root.position[i])
         }
     })
-}
-
-/// Whether a shape at this height is symmetric about the plane perpendicular to an axis, and exerts forces
-/// only within it.
-fn lies_across(axis: usize, shape: &Obstacle, height: f64) -> bool {
-    match shape {
-        Obstacle::HalfSpace { normal, .. } => normal[axis] == 0.0,
-        Obstacle::Sphere { centre, .. } => centre[axis] == height,
-        Obstacle::Capsule { ends, .. } => ends.iter().all(|end| end[axis] == height),
-        Obstacle::Tube { points, .. } => points.iter().all(|point| point[axis] == height),
-        // The nearest point may be anywhere.
-        Obstacle::Cuboid { .. } | Obstacle::HeightField { .. } | Obstacle::ConvexMesh { .. } => false,
-    }
 }
 
 /// Whether a loop's constraints do not leave the plane: rows perpendicular to it are then satisfied

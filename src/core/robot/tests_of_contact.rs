@@ -5,10 +5,13 @@ use super::model::RobotModel;
 use crate::description::body::Body;
 use crate::description::joint::{Joint, JointForces};
 use crate::description::rod::{Section, Segment};
+use crate::description::schema::{PerAxis, Rows};
 use crate::model::Dynamics as _;
 use crate::numerics::lie::Vector;
 use crate::numerics::linalg::Matrix;
-use crate::robot::effects::contact::{Contact, Obstacle, Stiffness, Surface};
+use crate::robot::effects::contact::{
+    Capsule, Contact, ConvexMesh, Cuboid, HalfSpace, HeightField, Obstacle, Sphere, Stiffness, Surface,
+};
 
 /// Two thick rods and a floating body, one behind the other.
 fn links() -> Vec<Link> {
@@ -65,19 +68,20 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
     let [middle, block, on_leg] = [at(0, Some(0.35)), at(2, None), at(1, Some(0.25))];
     let ball = |radius| Surface::Ball { link: 2, at: None, position: [0.02, -0.01, 0.03], radius };
     let reach = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
-    let floor = |point| Obstacle::HalfSpace { point, normal: [0.1, -0.3, 1.0] };
-    let cuboid =
-        |centre| Obstacle::Cuboid { centre, half_extents: [0.05; 3], orientation: [0.8, 0.6, 0.0, 0.0] };
+    let floor = |point| Obstacle::HalfSpace(HalfSpace { point, normal: [0.1, -0.3, 1.0] });
+    let cuboid = |centre| {
+        Obstacle::Cuboid(Cuboid { centre, half_extents: [0.05; 3], orientation: [0.8, 0.6, 0.0, 0.0] })
+    };
     vec![
         ("arm on floor", [arm(), Surface::Obstacle(floor(middle))], 1e-5),
         (
             "arm on ball",
             [
                 arm(),
-                Surface::Obstacle(Obstacle::Sphere {
+                Surface::Obstacle(Obstacle::Sphere(Sphere {
                     centre: beside(middle, [0.05, 0.02, -0.04]),
                     radius: 0.06,
-                }),
+                })),
             ],
             1e-4,
         ),
@@ -85,10 +89,11 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
             "arm on capsule",
             [
                 arm(),
-                Surface::Obstacle(Obstacle::Capsule {
-                    ends: [beside(middle, [0.05, -0.3, -0.06]), beside(middle, [0.03, 0.4, 0.0])],
+                Surface::Obstacle(Obstacle::Capsule(Capsule {
+                    start: beside(middle, [0.05, -0.3, -0.06]),
+                    end: beside(middle, [0.03, 0.4, 0.0]),
                     radius: 0.05,
-                }),
+                })),
             ],
             1e-4,
         ),
@@ -97,7 +102,10 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
             "ball on ball",
             [
                 ball(0.1),
-                Surface::Obstacle(Obstacle::Sphere { centre: beside(block, [0.1, 0.0, 0.05]), radius: 0.08 }),
+                Surface::Obstacle(Obstacle::Sphere(Sphere {
+                    centre: beside(block, [0.1, 0.0, 0.05]),
+                    radius: 0.08,
+                })),
             ],
             1e-7,
         ),
@@ -134,32 +142,38 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
     let beside_arm = at(0, Some(0.35), [0.05, 0.02, -0.04]);
     let on_block = |shape| Surface::Solid { link: 2, at: None, shape };
     let on_leg = |shape| Surface::Solid { link: 1, at: Some(0.25), shape };
-    let cuboid = |centre| Obstacle::Cuboid {
-        centre,
-        half_extents: [0.05, 0.06, 0.04],
-        orientation: [0.8, 0.6, 0.0, 0.0],
+    let cuboid = |centre| {
+        Obstacle::Cuboid(Cuboid {
+            centre,
+            half_extents: [0.05, 0.06, 0.04],
+            orientation: [0.8, 0.6, 0.0, 0.0],
+        })
     };
     let above = at(0, Some(0.35), [0.02, 0.01, 0.03]);
     let start = at(0, Some(0.35), [0.05, -0.3, -0.06]);
     let end = at(0, Some(0.35), [0.03, 0.4, 0.0]);
     let beside_leg = at(1, Some(0.25), [0.09, 0.02, 0.0]);
     let [under_block, below] = [-0.03, -0.09].map(|z| at(2, None, [0.0, 0.0, z]));
-    let half_space = |point| Obstacle::HalfSpace { point, normal: [0.1, -0.3, 1.0] };
+    let half_space = |point| Obstacle::HalfSpace(HalfSpace { point, normal: [0.1, -0.3, 1.0] });
     let ball = Surface::Ball { link: 2, at: None, position: [0.02, -0.01, 0.03], radius: 0.1 };
     vec![
         (
             "arm on sphere of block",
-            [arm(), on_block(Obstacle::Sphere { centre: seen_from(2, None, beside_arm), radius: 0.06 })],
+            [
+                arm(),
+                on_block(Obstacle::Sphere(Sphere { centre: seen_from(2, None, beside_arm), radius: 0.06 })),
+            ],
             1e-4,
         ),
         ("arm on half-space of block", [arm(), on_block(half_space(seen_from(2, None, above)))], 1e-4),
         (
             "capsule of block on arm",
             [
-                on_block(Obstacle::Capsule {
-                    ends: [start, end].map(|point| seen_from(2, None, point)),
+                on_block(Obstacle::Capsule(Capsule {
+                    start: seen_from(2, None, start),
+                    end: seen_from(2, None, end),
                     radius: 0.05,
-                }),
+                })),
                 arm(),
             ],
             1e-4,
@@ -185,7 +199,10 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
         ),
         (
             "box of block on sphere",
-            [on_block(cuboid([0.0; 3])), Surface::Obstacle(Obstacle::Sphere { centre: below, radius: 0.06 })],
+            [
+                on_block(cuboid([0.0; 3])),
+                Surface::Obstacle(Obstacle::Sphere(Sphere { centre: below, radius: 0.06 })),
+            ],
             1e-7,
         ),
     ]
@@ -206,29 +223,41 @@ fn pairs_of_bodies() -> Vec<(&'static str, [Surface; 2], f64)> {
     let poses = [pose_of(2, None), pose_of(1, Some(0.25))];
     let on_block = |shape| Surface::Solid { link: 2, at: None, shape };
     let turned = [0.8, 0.36, -0.48, 0.0];
-    let cuboid = |centre| Obstacle::Cuboid { centre, half_extents: [0.2, 0.3, 0.25], orientation: turned };
-    let long = |centre| Obstacle::Cuboid {
-        centre,
-        half_extents: [0.9, 0.2, 0.3],
-        orientation: [0.6, 0.0, 0.64, -0.48],
+    let cuboid =
+        |centre| Obstacle::Cuboid(Cuboid { centre, half_extents: [0.2, 0.3, 0.25], orientation: turned });
+    let long = |centre| {
+        Obstacle::Cuboid(Cuboid {
+            centre,
+            half_extents: [0.9, 0.2, 0.3],
+            orientation: [0.6, 0.0, 0.64, -0.48],
+        })
     };
-    let capsule = |[x, y, z]: [f64; 3]| Obstacle::Capsule {
-        ends: [[x - 0.1, y + 0.5, z - 0.2], [x + 0.2, y - 0.6, z + 0.3]],
-        radius: 0.2,
+    let capsule = |[x, y, z]: [f64; 3]| {
+        Obstacle::Capsule(Capsule {
+            start: [x - 0.1, y + 0.5, z - 0.2],
+            end: [x + 0.2, y - 0.6, z + 0.3],
+            radius: 0.2,
+        })
     };
-    let tetrahedron = |[x, y, z]: [f64; 3]| Obstacle::ConvexMesh {
-        points: [[-0.9, -0.7, -0.6], [1.1, -0.4, -0.5], [0.1, 0.9, -0.7], [0.2, 0.1, 1.2]]
-            .map(|[a, b, c]| [x + a, y + b, z + c])
-            .to_vec(),
-        faces: vec![[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
-        radius: 0.0,
+    let tetrahedron = |[x, y, z]: [f64; 3]| {
+        Obstacle::ConvexMesh(ConvexMesh {
+            points: [[-0.9, -0.7, -0.6], [1.1, -0.4, -0.5], [0.1, 0.9, -0.7], [0.2, 0.1, 1.2]]
+                .map(|[a, b, c]| [x + a, y + b, z + c])
+                .to_vec(),
+            faces: vec![[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]],
+            radius: 0.0,
+        })
     };
-    let field = |[x, y, z]: [f64; 3]| Obstacle::HeightField {
-        heights: (0..36).map(|k| 0.1 * (1.3 * f64::from(k)).sin()).collect(),
-        shape: [6, 6],
-        spacing: [0.5, 0.5],
-        corner: [x - 1.3, y - 1.2, z - 0.1],
-        orientation: [1.0, 0.0, 0.0, 0.0],
+    let field = |[x, y, z]: [f64; 3]| {
+        Obstacle::HeightField(HeightField {
+            heights: Rows {
+                numbers: (0..36).map(|k| 0.1 * (1.3 * f64::from(k)).sin()).collect(),
+                shape: [6, 6],
+            },
+            spacing: PerAxis([0.5, 0.5]),
+            corner: [x - 1.3, y - 1.2, z - 0.1],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+        })
     };
     type Shape<'a> = &'a dyn Fn([f64; 3]) -> Obstacle;
     let kinds: [(&'static str, Shape<'_>, Shape<'_>, [f64; 3]); 9] = [

@@ -4,11 +4,10 @@
 //! position, the slope and the second derivative are computed once per shape; evaluating a place then costs
 //! one recurrence without divisions.
 
-use super::intervals::SAME_PLACE;
 use crate::numerics::lie::{Lanes, Scalar, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::Curve;
-use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::elliptic_tube::Course;
+use crate::robot::effects::contact::shapes::{bracket, distance};
 use crate::robot::effects::contact::state::{ContactState, Span, Term};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -24,12 +23,8 @@ pub(super) const BESIDE: f64 = 1e-5;
 /// What bends a curve beside that cubic: that part of its length.
 const ROUGHNESS: f64 = 0.02;
 
-/// Steps of Newton's method for a nearest place, of the curve and of a cubic before.
-const MOST_NEWTON_STEPS: usize = 12;
+/// Steps of Newton's method for the nearest place of a cubic, from which that of the curve is found.
 const CUBIC_STEPS: usize = 3;
-
-/// Newton's increments of less than that part of the way between two samples leave an error of their square.
-const LAST_INCREMENT: f64 = 1e-8;
 
 /// Finds the shapes of the curves that may be touched.
 #[inline(always)]
@@ -355,27 +350,11 @@ impl Part<'_> {
             }
             x = next;
         }
-        let (mut from, mut to) = (0.0, 1.0);
-        for _ in 0..MOST_NEWTON_STEPS {
+        bracket::root(x, |x| {
             let [position, slope, bend] = self.at(x);
             let way = position - point;
-            let (value, change) = (self.rise(way, slope), self.rise_change([way, slope, bend]));
-            if value < 0.0 {
-                from = x;
-            } else {
-                to = x;
-            }
-            let next = x - value / change;
-            // Rounding may put the last place a little beyond the bounds.
-            if change > 0.0 && (next - x).abs() <= LAST_INCREMENT {
-                return next.clamp(0.0, 1.0);
-            }
-            x = if change > 0.0 && next > from && next < to { next } else { 0.5 * (from + to) };
-            if to - from <= SAME_PLACE {
-                break;
-            }
-        }
-        x
+            (self.rise(way, slope), self.rise_change([way, slope, bend]))
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::compile::{of_material, stiffnesses};
-use crate::robot::effects::contact::{Contact, Obstacle, Stiffness, Surface};
+use crate::robot::effects::contact::{Contact, Stiffness, Surface};
 use crate::robot::explain::text::{Explained, counted};
 
 /// Explains what is computed for the contacts of a robot.
@@ -56,22 +56,10 @@ fn surface(robot: &Robot, surface: &Surface) -> String {
     match surface {
         Surface::Rod { link } => format!("the rod of {}", robot.links[*link].name),
         Surface::Ball { link, radius, .. } => format!("a ball of {radius} m on {}", robot.links[*link].name),
-        Surface::Solid { link, shape, .. } => format!("{} on {}", told(shape), robot.links[*link].name),
-        Surface::Obstacle(shape) => told(shape),
-    }
-}
-
-fn told(shape: &Obstacle) -> String {
-    match shape {
-        Obstacle::HalfSpace { .. } => "a half space".to_owned(),
-        Obstacle::Sphere { radius, .. } => format!("a sphere of {radius} m"),
-        Obstacle::Capsule { radius, .. } => format!("a capsule of {radius} m"),
-        Obstacle::Cuboid { .. } => "a box".to_owned(),
-        Obstacle::HeightField { shape: [rows, columns], .. } => {
-            format!("a height field of {rows} x {columns}")
+        Surface::Solid { link, shape, .. } => {
+            format!("{} on {}", shape.shape().said(), robot.links[*link].name)
         }
-        Obstacle::ConvexMesh { points, .. } => format!("a convex mesh of {} points", points.len()),
-        Obstacle::Tube { radius, .. } => format!("a tube with a bore of {radius} m"),
+        Surface::Obstacle(shape) => shape.shape().said(),
     }
 }
 
@@ -79,15 +67,14 @@ fn told(shape: &Obstacle) -> String {
 mod tests {
     use crate::description::rod::Segment;
     use crate::robot::description::{Link, Robot};
-    use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+    use crate::robot::effects::contact::{Contact, HalfSpace, Surface};
     use crate::robot::model::RobotModel;
 
     #[test]
     fn contacts_are_told_with_what_they_press_and_rub_with() {
         let segment = Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.5, 0.01, 1e6, 4e5, 1000.0) };
         let rod = Link { rod: vec![segment], ..Link::new("rod") };
-        let floor =
-            Surface::Obstacle(Obstacle::HalfSpace { point: [0.0, 0.0, -1.0], normal: [0.0, 0.0, 1.0] });
+        let floor = Surface::Obstacle(HalfSpace { point: [0.0, 0.0, -1.0], normal: [0.0, 0.0, 1.0] }.into());
         let contact = Contact {
             friction: [0.5, 0.6, 0.7],
             ..Contact::between("floor", [Surface::Rod { link: 0 }, floor])

@@ -2,9 +2,9 @@
 //! [`described`] is what users describe, and checks all that needs no robot.
 //!
 //! ```
-//! use lissom::contact::{Contact, Obstacle, Surface};
+//! use lissom::contact::{Contact, HalfSpace, Surface};
 //!
-//! let floor = Surface::Obstacle(Obstacle::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+//! let floor = Surface::Obstacle(HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] }.into());
 //! let contact = Contact { friction: [0.4; 3], ..Contact::between("floor", [Surface::Rod { link: 0 }, floor]) };
 //! assert!(contact.validate(&|_| Some(1.0)).is_ok());
 //! ```
@@ -19,95 +19,23 @@ pub(crate) mod explain;
 pub(crate) mod follow;
 pub(crate) mod force;
 pub(crate) mod intervals;
-mod mesh;
 mod narrow_phase;
+pub mod obstacles;
 pub(crate) mod plan;
 pub(crate) mod query;
 pub(crate) mod shapes;
 mod sliding;
 pub(crate) mod state;
-mod tube;
 pub(crate) mod tunnelling;
 
+use self::obstacles::Shape;
 use crate::description::rod::arc_length::check_place;
 use crate::description::schema::{Item as _, LinkName};
 use crate::error::{Checker, InvalidInput, Number};
 
-pub use self::tube::centre_line;
-
-/// A shape for contacts, fixed in the world or to a link, in the axes of the world or of the link.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Obstacle {
-    /// The half-space behind a plane.
-    HalfSpace {
-        /// A point of the plane, metres.
-        point: [f64; 3],
-        /// Outward normal; normalised on use.
-        normal: [f64; 3],
-    },
-    /// A ball.
-    Sphere {
-        /// Metres.
-        centre: [f64; 3],
-        /// Metres.
-        radius: f64,
-    },
-    /// All points within `radius` of a straight segment.
-    Capsule {
-        /// Ends of the segment, metres.
-        ends: [[f64; 3]; 2],
-        /// Metres.
-        radius: f64,
-    },
-    /// A box with sharp edges.
-    Cuboid {
-        /// Centre, metres.
-        centre: [f64; 3],
-        /// Half the edge lengths along the axes of the box, metres.
-        half_extents: [f64; 3],
-        /// Orientation of these axes: unit quaternion (w, x, y, z).
-        orientation: [f64; 4],
-    },
-    /// The region below a smooth surface over a rectangle: a natural cubic spline through heights in both
-    /// directions, extended linearly beyond the rectangle.
-    HeightField {
-        /// Heights along the field's z axis, metres, in row-major order: neighbours along y are adjacent.
-        heights: Vec<f64>,
-        /// Number of heights along the x axis and along the y axis.
-        shape: [usize; 2],
-        /// Distance between neighbours along the x axis and along the y axis, metres.
-        spacing: [f64; 2],
-        /// Position of the first height's base point, metres.
-        corner: [f64; 3],
-        /// Orientation of the field's axes: unit quaternion (w, x, y, z).
-        orientation: [f64; 4],
-    },
-    /// All points within `radius` of a convex polyhedron.
-    ConvexMesh {
-        /// Corners of the polyhedron, metres.
-        points: Vec<[f64; 3]>,
-        /// Triangles as indices of corners, in any order; together they enclose the polyhedron.
-        faces: Vec<[usize; 3]>,
-        /// Radius of the rounded edges, metres; zero means sharp edges.
-        radius: f64,
-    },
-    /// The wall of a tube with open ends around a smooth curve.
-    Tube {
-        /// Points of the centre line, through which the curve goes, metres.
-        points: Vec<[f64; 3]>,
-        /// Radius of the bore, metres.
-        radius: f64,
-        /// Thickness of the wall, metres; `None` is the radius.
-        wall: Option<f64>,
-    },
-}
-
-impl Obstacle {
-    /// Whether the shape has corners; the ends of a capsule count as corners.
-    pub(crate) fn has_corners(&self) -> bool {
-        matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh { .. })
-    }
-}
+pub use self::obstacles::{
+    Capsule, ConvexMesh, Cuboid, HalfSpace, HeightField, Obstacle, Sphere, Tube, centre_line,
+};
 
 /// One of the two surfaces of a contact.
 #[derive(Clone, Debug, PartialEq)]
@@ -152,12 +80,17 @@ impl Surface {
         }
     }
 
-    /// Shape of the surface; `None` for rods and balls.
-    pub(crate) fn shape(&self) -> Option<&Obstacle> {
+    /// The shape; `None` for rods and balls.
+    pub(crate) fn obstacle(&self) -> Option<&Obstacle> {
         match self {
             Self::Rod { .. } | Self::Ball { .. } => None,
             Self::Solid { shape, .. } | Self::Obstacle(shape) => Some(shape),
         }
+    }
+
+    /// What contact asks of the shape; `None` for rods and balls.
+    pub(crate) fn shape(&self) -> Option<&dyn Shape> {
+        self.obstacle().map(Obstacle::shape)
     }
 
     /// Whether the link has the place of the surface.

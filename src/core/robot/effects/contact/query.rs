@@ -6,7 +6,6 @@ use crate::model::{REACHED, Resolution};
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
-use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
 use crate::robot::effects::contact::state::{ContactState, Standing, Touch};
 use crate::robot::plan::Plan;
@@ -240,8 +239,7 @@ const TURNS_AT_EDGE: f64 = 0.5;
 /// Whether a side of a pair is a box or mesh that touches with an edge or corner.
 fn is_at_edge<G: Turning>(plan: &Plan<G>, side: &Side, meeting: &Meeting) -> bool {
     let &Side::Solid(solid) = side else { return false };
-    let has_faces =
-        matches!(plan.effects.contacts.solids[solid].solid, Solid::Cuboid { .. } | Solid::ConvexMesh(_));
+    let has_faces = plan.effects.contacts.solids[solid].solid.has_faces();
     let Symmetric { xx, yy, zz, .. } = meeting.curvature;
     has_faces && (xx + yy + zz) * meeting.radii[0] > TURNS_AT_EDGE
 }

@@ -49,7 +49,7 @@ pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
 /// Whether what touches may be on either side of the other surface.
 pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
     match pair.sides[1] {
-        Side::Solid(solid) => can_be_passed(&plan.effects.contacts.solids[solid].solid),
+        Side::Solid(solid) => plan.effects.contacts.solids[solid].solid.can_be_passed(),
         _ => true,
     }
 }
@@ -111,7 +111,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
         }
         [Side::Rod(curves), Side::Solid(solid)] => {
             if let Some(moving) = ways.moving(*solid) {
-                return can_be_passed(moving.solid)
+                return moving.solid.can_be_passed()
                     && curves
                         .clone()
                         .any(|c| ways.parts(c).any(|part| moving.meets(part.ways, part.thin, measure)));
@@ -119,7 +119,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
             let solid = &plan.effects.contacts.solids[*solid].solid;
             curves.clone().any(|c| {
                 let (centre, radius) = ways.bound(c);
-                can_be_passed(solid)
+                solid.can_be_passed()
                     && solid.distance(centre).value <= radius
                     && ways.parts(c).any(|part| {
                         Patch(part.ways).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
@@ -136,10 +136,10 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
                 }
                 Side::Solid(solid) => {
                     if let Some(moving) = ways.moving(*solid) {
-                        return can_be_passed(moving.solid) && moving.meets([way; 2], radius, measure);
+                        return moving.solid.can_be_passed() && moving.meets([way; 2], radius, measure);
                     }
                     let solid = &plan.effects.contacts.solids[*solid].solid;
-                    can_be_passed(solid)
+                    solid.can_be_passed()
                         && Patch([way; 2]).is_deep_in(solid, radius, measure.beside(radius, solid))
                 }
                 Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
@@ -171,11 +171,6 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
     state.near = near;
     work.effects.contact = state;
     have_crossed
-}
-
-/// What is on the other side of a half-space is in it.
-fn can_be_passed(solid: &Solid) -> bool {
-    !matches!(solid, Solid::HalfSpace { .. })
 }
 
 /// The radius of what is round all over, zero of others.

@@ -1,15 +1,9 @@
-//! Axes in which surfaces are computed, and shapes in these axes.
-
-use std::sync::Arc;
+//! Axes in which surfaces are computed.
 
 use crate::numerics::lie::{LANES, Lanes as _, Quaternion, Rotation, Vector};
 use crate::robot::description::Link;
-use crate::robot::effects::contact::Obstacle;
+use crate::robot::effects::contact::obstacles::Frame;
 use crate::robot::effects::contact::plan::{Contacts, Fixture};
-use crate::robot::effects::contact::shapes::convex_mesh::ConvexMesh;
-use crate::robot::effects::contact::shapes::height_field::HeightField;
-use crate::robot::effects::contact::shapes::obstacle::Solid;
-use crate::robot::effects::contact::shapes::tube::Tube;
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::Plan;
 use crate::robot::turning::{Turning, place};
@@ -18,11 +12,8 @@ use crate::robot::turning::{Turning, place};
 pub(super) struct Axes {
     /// Index of the fixture; `None` is the frame of the plan.
     pub(super) on: Option<usize>,
-    /// Pose of the axes in which the surface is given.
-    rotation: Rotation<f64>,
-    position: Vector<f64>,
-    /// Whether that pose is to be inverted.
-    is_inverse: bool,
+    /// The map to these axes from those in which the surface is described.
+    pub(super) frame: Frame,
 }
 
 impl Axes {
@@ -31,7 +22,7 @@ impl Axes {
     pub(super) fn in_world<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, root: &Link) -> Self {
         let on = plan.world.motion.is_some().then(|| fixture(contacts, plan, None));
         let rotation = Quaternion::from_array(root.orientation).rotation();
-        Self { on, rotation, position: Vector::from(root.position), is_inverse: true }
+        Self { on, frame: Frame::seen_from(rotation, Vector::from(root.position)) }
     }
 
     /// Axes of the point that carries surface number `surface` among those on links.
@@ -51,16 +42,7 @@ impl Axes {
             || (Rotation::identity(), Vector::zero()),
             |beside| (beside.orientation.rotation(), beside.position),
         );
-        Self { on, rotation, position, is_inverse: false }
-    }
-
-    pub(super) fn turn(&self, v: Vector<f64>) -> Vector<f64> {
-        if self.is_inverse { self.rotation.apply_transposed(v) } else { self.rotation.apply(v) }
-    }
-
-    pub(super) fn place(&self, point: [f64; 3]) -> Vector<f64> {
-        let point = Vector::from(point);
-        if self.is_inverse { self.turn(point - self.position) } else { self.position + self.turn(point) }
+        Self { on, frame: Frame::of(rotation, position) }
     }
 }
 
@@ -94,40 +76,4 @@ fn turned_by<G: Turning>(plan: &Plan<G>, moved_by: &[(usize, Vec<G::Pack>)]) -> 
         }
     }
     found
-}
-
-/// A shape in the axes of its computation.
-pub(super) fn solid(shape: &Obstacle, axes: &Axes) -> Solid {
-    let seen = |point: &[f64; 3]| axes.place(*point);
-    let axes_of = |orientation: &[f64; 4]| {
-        let Rotation { x, y, z } = Quaternion::from_array(*orientation).rotation();
-        Rotation { x: axes.turn(x), y: axes.turn(y), z: axes.turn(z) }
-    };
-    match shape {
-        Obstacle::HalfSpace { point, normal } => {
-            let normal = Vector::from(crate::description::joint::unit(*normal));
-            Solid::HalfSpace { point: seen(point), normal: axes.turn(normal) }
-        }
-        Obstacle::Sphere { centre, radius } => Solid::Ball { centre: seen(centre), radius: *radius },
-        Obstacle::Capsule { ends: [start, end], radius } => {
-            Solid::Capsule { ends: [seen(start), seen(end)], radius: *radius }
-        }
-        Obstacle::Cuboid { centre, half_extents, orientation } => {
-            let axes = axes_of(orientation);
-            let half_extents = Vector::from(*half_extents);
-            Solid::Cuboid { centre: seen(centre), axes, half_extents, radius: 0.0 }
-        }
-        Obstacle::HeightField { heights, shape, spacing, corner, orientation } => {
-            let axes = axes_of(orientation);
-            Solid::HeightField(Arc::new(HeightField::new(heights, *shape, *spacing, seen(corner), axes)))
-        }
-        Obstacle::ConvexMesh { points, faces, radius } => {
-            let points: Vec<_> = points.iter().map(seen).collect();
-            Solid::ConvexMesh(Arc::new(ConvexMesh::new(&points, faces, *radius)))
-        }
-        Obstacle::Tube { points, radius, wall } => {
-            let points: Vec<_> = points.iter().map(seen).collect();
-            Solid::Tube(Arc::new(Tube::new(&points, *radius, wall.unwrap_or(*radius))))
-        }
-    }
 }

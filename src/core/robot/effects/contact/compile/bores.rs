@@ -1,11 +1,10 @@
 //! Whether what touches tubes fits into them.
 
-use super::bodies;
 use crate::error::{Checker, InvalidInput};
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::plan::{Contacts, Side};
 use crate::robot::effects::contact::shapes::obstacle::Solid;
-use crate::robot::effects::contact::{Obstacle, Surface};
+use crate::robot::effects::contact::{Obstacle, Surface, Tube};
 use crate::robot::plan::space::Space;
 
 /// Rejects contacts of tubes with what is as thick as their bore: it would touch all around the wall, where forces know one place alone.
@@ -14,7 +13,9 @@ pub(super) fn check_bores<G: Space>(robot: &Robot, contacts: &Contacts<G>) -> Re
     let mut check = Checker::new();
     for (i, contact) in robot.contacts.iter().enumerate() {
         for (s, place) in ["a", "b"].into_iter().enumerate() {
-            let Some(Obstacle::Tube { radius, .. }) = contact.surfaces[1 - s].shape() else { continue };
+            let Some(Obstacle::Tube(Tube { radius, .. })) = contact.surfaces[1 - s].obstacle() else {
+                continue;
+            };
             let place = format!("contacts[{i}].{place}");
             let thickness = match &contact.surfaces[s] {
                 Surface::Rod { .. } => {
@@ -24,7 +25,7 @@ pub(super) fn check_bores<G: Space>(robot: &Robot, contacts: &Contacts<G>) -> Re
                     thinnest
                 }
                 Surface::Ball { radius, .. } => *radius,
-                Surface::Solid { shape, .. } | Surface::Obstacle(shape) => bodies::thickness(shape),
+                Surface::Solid { shape, .. } | Surface::Obstacle(shape) => shape.shape().thickness(),
             };
             let expected = format!(
                 "a radius or half thickness < {radius} m, the radius of the bore: what only touches the outside of a tube meets it as \

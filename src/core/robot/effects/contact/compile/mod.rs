@@ -10,19 +10,22 @@ use std::f64::consts::PI;
 use std::ops::Range;
 
 use crate::error::InvalidInput;
+use crate::numerics::lie::Vector;
 use crate::robot::compile::links::Tree;
 use crate::robot::description::Robot;
+use crate::robot::effects::contact::obstacles::{Frame, Role, Shape};
 use crate::robot::effects::contact::plan::{
     Ball, Contacts, Curve, Fixed, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
 };
+use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::Law;
-use crate::robot::effects::contact::{Contact, Obstacle, Surface};
+use crate::robot::effects::contact::{Contact, Surface};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::point::Place;
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
-use axes::{Axes, solid};
+use axes::Axes;
 use bores::check_bores;
 use extents::check_extents;
 use stiffness::check_stiffness;
@@ -79,29 +82,32 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
             }
             continue;
         }
-        let forms = [Form::beside(a, b), Form::beside(b, a)];
-        let mut sides: [Vec<Side>; 2] = std::array::from_fn(|s| match &forms[s] {
+        let forms = [Form::beside(a, &axes[0].frame, b), Form::beside(b, &axes[1].frame, a)];
+        let mut place = |(s, form): (usize, Form)| match form {
             Form::Rod { link } => {
-                let known = curves_of[*link].clone();
-                let own = known.unwrap_or_else(|| add_rod(&mut contacts, plan, *link));
-                curves_of[*link] = Some(own.clone());
+                let known = curves_of[link].clone();
+                let own = known.unwrap_or_else(|| add_rod(&mut contacts, plan, link));
+                curves_of[link] = Some(own.clone());
                 vec![Side::Rod(own)]
             }
             Form::Balls { centres, radius, thickness } => {
                 let first = contacts.balls.len();
-                contacts.balls.extend(centres.iter().map(|&centre| Ball {
-                    on: axes[s].on,
-                    centre: axes[s].place(centre),
-                    radius: *radius,
-                    thickness: *thickness,
+                let on = axes[s].on;
+                contacts.balls.extend(centres.into_iter().map(|centre| Ball {
+                    on,
+                    centre,
+                    radius,
+                    thickness,
                 }));
                 (first..contacts.balls.len()).map(Side::Ball).collect()
             }
-            Form::Solid(shape) => {
-                contacts.solids.push(Fixed { on: axes[s].on, solid: solid(shape, &axes[s]) });
+            Form::Solid(solid) => {
+                contacts.solids.push(Fixed { on: axes[s].on, solid });
                 vec![Side::Solid(contacts.solids.len() - 1)]
             }
-        });
+        };
+        let [first, second] = forms;
+        let mut sides = [place((0, first)), place((1, second))];
         let rank = |sides: &[Side]| match sides[0] {
             Side::Rod(_) => 0,
             Side::Ball(_) => 1,
@@ -161,7 +167,7 @@ fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Sid
         let samples = contacts.curves[curves.clone()].iter().flat_map(|curve| &curve.samples);
         samples.flat_map(|sample| sample.half_extents).fold(f64::INFINITY, f64::min)
     };
-    let of_surface = |surface: &Surface| surface.shape().map_or(f64::INFINITY, bodies::thickness);
+    let of_surface = |surface: &Surface| surface.shape().map_or(f64::INFINITY, Shape::thickness);
     let of_ball = |surface: &Surface| {
         if let Surface::Ball { radius, .. } = surface { *radius } else { f64::INFINITY }
     };
@@ -288,57 +294,38 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
     first..contacts.curves.len()
 }
 
-/// Representation of a surface in the computation.
-enum Form<'a> {
+/// Representation of a surface in the computation, in the axes of that.
+enum Form {
     Rod {
         link: usize,
     },
     /// A ball; or the corners of a body or the ends of a capsule, which are the points that can touch a
     /// half-space first.
     Balls {
-        centres: Vec<[f64; 3]>,
+        centres: Vec<Vector<f64>>,
         radius: f64,
         thickness: f64,
     },
-    Solid(&'a Obstacle),
+    Solid(Solid),
 }
 
-impl<'a> Form<'a> {
-    fn beside(surface: &'a Surface, other: &Surface) -> Self {
-        let ball =
-            |centre: [f64; 3], radius: f64| Self::Balls { centres: vec![centre], radius, thickness: radius };
-        let other = other.shape();
-        match surface {
-            Surface::Rod { link } => Self::Rod { link: *link },
-            Surface::Ball { position, radius, .. } => ball(*position, *radius),
-            Surface::Solid { shape, .. } | Surface::Obstacle(shape) => match (shape, other) {
-                // Other shapes meet spheres as solids.
-                (Obstacle::Sphere { centre, radius }, Some(_)) => ball(*centre, *radius),
-                (Obstacle::HalfSpace { .. }, _) | (_, None) => Self::Solid(shape),
-                (_, Some(Obstacle::HalfSpace { .. })) => Self::corners(shape),
-                _ => Self::Solid(shape),
-            },
-        }
-    }
-
-    fn corners(shape: &'a Obstacle) -> Self {
-        match shape {
-            Obstacle::Capsule { ends, radius } => {
-                Self::Balls { centres: ends.to_vec(), radius: *radius, thickness: *radius }
+impl Form {
+    fn beside(surface: &Surface, frame: &Frame, other: &Surface) -> Self {
+        let ball = |centre, radius| Self::Balls { centres: vec![centre], radius, thickness: radius };
+        let shape = match surface {
+            Surface::Rod { link } => return Self::Rod { link: *link },
+            Surface::Ball { position, radius, .. } => return ball(frame.place(*position), *radius),
+            Surface::Solid { shape, .. } | Surface::Obstacle(shape) => shape.shape(),
+        };
+        let is_plane = |other: &dyn Shape| other.role() == Role::Plane;
+        match (shape.solid(frame), other.shape(), shape.corners()) {
+            // Other shapes meet spheres as solids.
+            (Solid::Ball { centre, radius }, Some(_), _) => ball(centre, radius),
+            (_, Some(other), Some(body)) if is_plane(other) => {
+                let (corners, radius) = body.corners();
+                Self::Balls { centres: frame.places(&corners), radius, thickness: shape.thickness() }
             }
-            Obstacle::Cuboid { centre, half_extents, orientation } => {
-                let corners = bodies::corners_of_box(*centre, *half_extents, *orientation);
-                let centres = corners.iter().map(|corner| corner.to_array()).collect();
-                Self::Balls { centres, radius: 0.0, thickness: bodies::thickness(shape) }
-            }
-            Obstacle::ConvexMesh { points, radius, .. } => {
-                let thickness = bodies::thickness(shape);
-                Self::Balls { centres: points.clone(), radius: *radius, thickness }
-            }
-            Obstacle::HalfSpace { .. }
-            | Obstacle::Sphere { .. }
-            | Obstacle::HeightField { .. }
-            | Obstacle::Tube { .. } => Self::Solid(shape),
+            (solid, ..) => Self::Solid(solid),
         }
     }
 }

@@ -7,13 +7,13 @@
 
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
-use super::bodies;
 use crate::description::joint::{Joint, Motion};
 use crate::description::rod::{SectionProperties, Segment};
 use crate::description::signal::Signal;
 use crate::error::{Checker, InvalidInput};
 use crate::robot::description::{Driven, Link, Robot};
 use crate::robot::effects::actuator::{Actuator, Drive, MotorCommand};
+use crate::robot::effects::contact::obstacles::Shape;
 use crate::robot::effects::contact::plan::{NODES, WEIGHTS};
 use crate::robot::effects::contact::{Contact, Stiffness, Surface};
 use crate::robot::effects::load::Extent;
@@ -191,7 +191,7 @@ impl Known {
         let rods = || rods(contact).map(|link| self.rods[link]);
         let shapes = contact.surfaces.iter().map(|surface| match surface {
             Surface::Ball { radius, .. } => *radius,
-            surface => surface.shape().map_or(f64::INFINITY, bodies::thickness),
+            surface => surface.shape().map_or(f64::INFINITY, Shape::thickness),
         });
         let radius = rods().map(|rod| rod.radius).fold(f64::INFINITY, f64::min);
         let thickness = shapes.fold(radius, f64::min);

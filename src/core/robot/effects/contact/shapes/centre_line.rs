@@ -5,6 +5,7 @@
 //! a parabola. Its pieces are divided so that each turns little, and lie in a tree of balls; Newton's method finds the
 //! nearest place of those that may hold it.
 
+use super::bracket;
 use super::distance::between;
 use crate::description::signal::{Spline, Table};
 use crate::numerics::lie::Vector;
@@ -13,10 +14,6 @@ use std::ops::Range;
 /// A part of the curve turns by no more than about that many radians, unless it would take more parts than that between two points.
 const TURN: f64 = 0.4;
 const MOST_PARTS: f64 = 32.0;
-
-/// Newton's steps end with one below that fraction of a part: the error is its square.
-const LAST_STEP: f64 = 1e-9;
-const MOST_STEPS: usize = 60;
 
 /// Places at which the curvature of a part is looked at.
 const LOOKS: usize = 8;
@@ -112,22 +109,7 @@ impl Part {
         if start > 0.0 {
             return if between(point, self.start) <= between(point, self.end()) { 0.0 } else { 1.0 };
         }
-        let (mut from, mut to) = (0.0, 1.0);
-        let mut x = start / (start - end);
-        for _ in 0..MOST_STEPS {
-            let (value, change) = slope_at(x);
-            if value < 0.0 {
-                from = x;
-            } else {
-                to = x;
-            }
-            let next = x - value / change;
-            if change > 0.0 && (next - x).abs() <= LAST_STEP {
-                return next.clamp(0.0, 1.0);
-            }
-            x = if change > 0.0 && next > from && next < to { next } else { 0.5 * (from + to) };
-        }
-        x
+        bracket::root(start / (start - end), slope_at)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Shapes of obstacles, and distances of curves and bodies to them.
 
 mod bernstein;
+pub(crate) mod bracket;
 pub(crate) mod centre_line;
 pub(crate) mod convex_mesh;
 pub(crate) mod distance;

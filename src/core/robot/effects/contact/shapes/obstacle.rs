@@ -105,6 +105,16 @@ impl Solid {
         matches!(self, Self::Capsule { .. } | Self::Cuboid { .. } | Self::ConvexMesh(_) | Self::Tube(_))
     }
 
+    /// Whether it has flat faces with edges between them.
+    pub(crate) fn has_faces(&self) -> bool {
+        matches!(self, Self::Cuboid { .. } | Self::ConvexMesh(_))
+    }
+
+    /// What is on the other side of a half-space is in it.
+    pub(crate) fn can_be_passed(&self) -> bool {
+        !matches!(self, Self::HalfSpace { .. })
+    }
+
     /// The feature nearest to a point, identified by three numbers.
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
         match self {

@@ -118,7 +118,7 @@ fn check_shape(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
 #[cfg(test)]
 mod tests {
     use crate::description::schema::Item as _;
-    use crate::robot::effects::contact::described::ConvexMesh;
+    use crate::robot::effects::contact::obstacles::described::ConvexMesh;
 
     const POINTS: [[f64; 3]; 5] =
         [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.2, 0.2, 0.2]];
