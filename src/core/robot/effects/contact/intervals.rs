@@ -15,7 +15,7 @@ const HIDDEN: f64 = 1e-3;
 const NARROW: f64 = 1e-10;
 
 /// Places closer than that part of the way between two samples are one.
-const SAME_PLACE: f64 = 1e-13;
+pub(super) const SAME_PLACE: f64 = 1e-13;
 
 /// Parts of a curve in which a gap is negative, in ascending order.
 #[derive(Clone, Copy, Default)]
