@@ -6,6 +6,10 @@ use super::{Obstacle, Stiffness, Surface as Resolved};
 use crate::description::schema::{
     Data, Described, Fault, Kind, Limits, LinkName, Part as _, PerAxis, Reader, Schema, Value,
 };
+use crate::error::Number;
+
+/// Friction falls over at least that many slip velocities: below, the largest friction lies where it has begun to fall.
+const LEAST_STRIBECK: f64 = 3.0;
 
 /// A ball fixed to a link, such as a finger tip, a sliding wheel or the outline of a body.
 ///
@@ -109,6 +113,14 @@ pub struct Contact {
     /// Coefficient of friction mu. Three numbers are for a rod that slides forward along its axis, backward, and sideways.
     #[part(non_negative, default = PerAxis([0.0; 3]))]
     pub friction: PerAxis<3>,
+    /// Coefficient of friction at rest, mu_s, at least `friction`, which must be one number above zero then. Friction falls with the speed of sliding from
+    /// mu_s to mu: ``mu + (mu_s - mu) exp(-(|v| / v_st)^2)`` (Bo and Pavelescu 1982). By default it is `friction`.
+    #[part(positive)]
+    pub static_friction: Option<f64>,
+    /// Stribeck velocity v_st, over which friction falls from `static_friction`; at least 3 times `slip_velocity`. Steps that are to
+    /// follow stick and slip must be short against the time in which this velocity is reached.
+    #[part(unit = "m/s", positive, default = super::Contact::STRIBECK_VELOCITY)]
+    pub stribeck_velocity: f64,
     /// Velocity v_s. Sticking contacts creep at up to about this speed.
     #[part(unit = "m/s", positive, default = super::Contact::SLIP_VELOCITY)]
     pub slip_velocity: f64,
@@ -202,6 +214,20 @@ impl Contact {
             "three coefficients",
             "one number: what is no rod slides alike in all directions",
         );
+        if let Some(at_rest) = self.static_friction {
+            reader.require(
+                is_even && forward > 0.0 && at_rest >= forward,
+                "static_friction",
+                Number(at_rest),
+                &format!("at least `friction`, one number above zero ({forward} forward, {backward} backward, {sideways} sideways)"),
+            );
+            reader.require(
+                self.stribeck_velocity >= LEAST_STRIBECK * self.slip_velocity,
+                "stribeck_velocity",
+                Number(self.stribeck_velocity),
+                &format!("{LEAST_STRIBECK} times `slip_velocity` or more: what creeps at {} m/s has not begun to slide", self.slip_velocity),
+            );
+        }
     }
 
     /// The contact of a robot; `link` gives the index of each link, by the place of its name in this description.
@@ -215,6 +241,8 @@ impl Contact {
             stiffness: self.stiffness,
             dissipation: self.dissipation,
             friction: self.friction.0,
+            static_friction: self.static_friction,
+            stribeck_velocity: self.stribeck_velocity,
             slip_velocity: self.slip_velocity,
             patch_radius: self.patch_radius,
         })
@@ -254,6 +282,8 @@ impl super::Contact {
             stiffness: self.stiffness,
             dissipation: self.dissipation,
             friction: PerAxis(self.friction),
+            static_friction: self.static_friction,
+            stribeck_velocity: self.stribeck_velocity,
             slip_velocity: self.slip_velocity,
             patch_radius: self.patch_radius,
             name: self.name.clone(),

@@ -45,6 +45,10 @@ fn pair(robot: &Robot, contact: &Contact, stiffness: f64) -> String {
             format!("friction {forward} forward, {backward} backward, {sideways} sideways")
         }
     };
+    let friction = match contact.static_friction {
+        Some(at_rest) => format!("{friction}, {at_rest} at rest"),
+        None => friction,
+    };
     let spinning = match contact.patch_radius {
         0.0 => String::new(),
         radius => format!(", against spinning over a patch of {radius} m"),

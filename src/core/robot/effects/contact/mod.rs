@@ -142,6 +142,10 @@ pub struct Contact {
     /// mu of the first surface for sliding forward along its rod, backward, and sideways; balls use one value
     /// for all three.
     pub friction: [f64; 3],
+    /// Coefficient of friction at rest, at least that of sliding, which is the same in all directions then; `None` is that of sliding.
+    pub static_friction: Option<f64>,
+    /// v_st, in m/s: friction falls from that at rest to that of sliding over about this velocity.
+    pub stribeck_velocity: f64,
     /// v_s, in m/s. Sticking surfaces creep at less than this velocity.
     pub slip_velocity: f64,
     /// r, in metres: friction resists spin with a moment of up to the sideways coefficient times the normal
@@ -154,6 +158,9 @@ impl Contact {
     pub const DISSIPATION: f64 = 1.0;
     /// Default slip velocity in m/s, far below the velocities of robots.
     pub const SLIP_VELOCITY: f64 = 1e-4;
+    /// Default Stribeck velocity in m/s, a hundred slip velocities: dry friction of metals and polymers falls over 1 mm/s to 0.1 m/s
+    /// (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, section 2.2).
+    pub const STRIBECK_VELOCITY: f64 = 1e-2;
 
     /// Whether one of its surfaces is that of a rod.
     pub fn has_rod(&self) -> bool {
@@ -168,6 +175,8 @@ impl Contact {
             stiffness: None,
             dissipation: Self::DISSIPATION,
             friction: [0.0; 3],
+            static_friction: None,
+            stribeck_velocity: Self::STRIBECK_VELOCITY,
             slip_velocity: Self::SLIP_VELOCITY,
             patch_radius: 0.0,
         }

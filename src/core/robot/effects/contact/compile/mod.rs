@@ -18,7 +18,7 @@ use crate::robot::effects::contact::plan::{
     Ball, Contacts, Curve, Fixed, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
 };
 use crate::robot::effects::contact::shapes::obstacle::Solid;
-use crate::robot::effects::contact::shapes::touch::Law;
+use crate::robot::effects::contact::shapes::touch::{Law, excess_at_rest};
 use crate::robot::effects::contact::{Contact, Surface};
 use crate::robot::kernel::kinematics;
 use crate::robot::plan::point::Place;
@@ -131,8 +131,23 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
 }
 
 fn law(contact: &Contact, stiffness: f64) -> Law {
-    let Contact { dissipation, friction, slip_velocity, patch_radius, .. } = *contact;
-    Law { stiffness, dissipation, friction, slip_velocity, patch_radius }
+    let Contact {
+        dissipation,
+        friction,
+        static_friction,
+        slip_velocity,
+        stribeck_velocity,
+        patch_radius,
+        ..
+    } = *contact;
+    let excess = match (static_friction, friction) {
+        (Some(at_rest), [sliding, ..]) if at_rest > sliding => {
+            // Relative to the law's own scale, the friction of fast sliding.
+            excess_at_rest(at_rest / sliding, stribeck_velocity / slip_velocity)
+        }
+        _ => 0.0,
+    };
+    Law { stiffness, dissipation, friction, slip_velocity, excess, stribeck_velocity, patch_radius }
 }
 
 /// The pair of two sides of a contact.

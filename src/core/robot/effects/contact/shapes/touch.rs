@@ -4,8 +4,9 @@
 //! c d')` (Hunt and Crossley 1975, eq. 13, with the exponent 1 of a foundation). Friction opposes the sliding
 //! velocity v of the surfaces, `-f (mu_s v + (mu_l - mu_s) (v . e) e) / sqrt(|v|^2 + v_s^2)`, with the
 //! coefficients mu_s sideways and mu_l along the direction e of the first surface, and the regularisation
-//! velocity v_s. On a patch of radius r friction also opposes the spin w of the surfaces about the normal,
-//! with the moment `-f mu_s r w / sqrt(w^2 + (v_s/r)^2)`.
+//! velocity v_s. At rest friction may be larger, and falls to that with the speed of sliding: it has the factor
+//! `1 + a exp(-(|v| / v_st)^2)` (Bo and Pavelescu 1982), with a such that its largest value is that of static friction. On a patch of radius r friction also opposes the spin w of the surfaces about the normal,
+//! with the moment `-f mu_s r w / sqrt(w^2 + (v_s/r)^2)`, with that factor at the speed r w.
 //!
 //! The second side may be a moving solid. Let `g(x)` be the distance of the point x from the solid, u the
 //! velocity of the first side's material at x, `U(x)` that of the solid there, and W its angular velocity.
@@ -33,11 +34,54 @@ pub(crate) struct Law {
     /// Coefficients of friction forward, backward and sideways.
     pub(crate) friction: [f64; 3],
     pub(crate) slip_velocity: f64,
+    /// How much larger friction is at rest, a; see [`excess_at_rest`].
+    pub(crate) excess: f64,
+    /// Velocity v_st over which friction falls from that at rest; infinite without an excess.
+    pub(crate) stribeck_velocity: f64,
     /// Radius of the patch for friction against spinning.
     pub(crate) patch_radius: f64,
 }
 
+/// The excess a with which the largest friction, of all speeds, is `ratio` times that of fast sliding, where the velocity v_st is `velocities` times
+/// v_s: with `h(v) = v / sqrt(v^2 + 1)` the least of `(ratio / h(v) - 1) exp((v / velocities)^2)`.
+pub(crate) fn excess_at_rest(ratio: f64, velocities: f64) -> f64 {
+    /// Golden sections of the logarithm of the speed: the error of the least value is the square of that of its place.
+    const SECTIONS: usize = 60;
+    let needed = |x: f64| {
+        let v = x.exp();
+        (ratio * (v * v + 1.0).sqrt() / v - 1.0) * (v / velocities).powi(2).exp()
+    };
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    // The least lies between speeds at which either factor grows by far more than the other one falls.
+    let (mut from, mut to) = (0.0_f64.min(velocities.ln() - 1.0), velocities.ln() + 1.0);
+    let [mut a, mut b] = [to - golden * (to - from), from + golden * (to - from)];
+    let [mut at_a, mut at_b] = [needed(a), needed(b)];
+    for _ in 0..SECTIONS {
+        if at_a < at_b {
+            (to, b, at_b) = (b, a, at_a);
+            a = to - golden * (to - from);
+            at_a = needed(a);
+        } else {
+            (from, a, at_a) = (a, b, at_b);
+            b = from + golden * (to - from);
+            at_b = needed(b);
+        }
+    }
+    at_a.min(at_b)
+}
+
 impl Law {
+    /// Factor of friction at the square of a speed, and how its logarithm falls with half of that square.
+    #[inline(always)]
+    fn at_rest(&self, square: f64) -> [f64; 2] {
+        if self.excess == 0.0 {
+            return [1.0, 0.0];
+        }
+        let per_square = (self.stribeck_velocity * self.stribeck_velocity).recip();
+        let more = self.excess * (-square * per_square).exp();
+        [1.0 + more, 2.0 * per_square * more / (1.0 + more)]
+    }
+
     /// Whether friction is isotropic.
     pub(crate) fn is_even(&self) -> bool {
         let [forward, backward, sideways] = self.friction;
@@ -92,13 +136,15 @@ pub(crate) struct Pressing {
     along: Vector<f64>,
     inverse_along: f64,
     of_along: [f64; 3],
-    /// Reciprocal of the regularised speed.
+    /// Reciprocal of the regularised speed, times the factor of friction at rest; how its logarithm falls with half of the square of the speed.
     inverse_speed: f64,
+    fall: f64,
     /// Moment on the first side about the normal, the spin that it opposes, and the reciprocal of the
-    /// regularised spin.
+    /// regularised spin; how the logarithm of the moment over the spin falls with half of the square of that.
     torsion: f64,
     spin: f64,
     inverse_spin: f64,
+    fall_of_spin: f64,
 }
 
 /// An axis whose sine with the normal is smaller than this has no direction in the plane of contact.
@@ -119,7 +165,7 @@ impl Meeting {
 
     /// Contact forces.
     pub(crate) fn pressing(&self) -> Pressing {
-        let Law { stiffness, dissipation, friction, slip_velocity, patch_radius } = self.law;
+        let Law { stiffness, dissipation, friction, slip_velocity, patch_radius, .. } = self.law;
         let [forward, backward, sideways] = friction;
         let [[turning, velocity], [other_turning, other_velocity]] = self.motions;
         let [arm, other_arm] = self.arms();
@@ -129,7 +175,10 @@ impl Meeting {
         let normal_force = elastic * (1.0 - dissipation * rate).max(0.0);
         let at_contact = relative + turning.cross(arm) - other_turning.cross(other_arm);
         let sliding = across(at_contact, self.normal);
-        let inverse_speed = (sliding.dot(sliding) + slip_velocity * slip_velocity).sqrt().recip();
+        let square = sliding.dot(sliding);
+        let inverse = (square + slip_velocity * slip_velocity).sqrt().recip();
+        let [at_rest, weakening] = self.law.at_rest(square);
+        let (inverse_speed, fall) = (inverse * at_rest, inverse * inverse + weakening);
         let mut along = Vector::zero();
         let (mut inverse_along, mut of_along) = (0.0, [0.0, sideways, 0.0]);
         if !self.law.is_even() {
@@ -149,10 +198,13 @@ impl Meeting {
         let direction = sliding * sideways + along * ((of_speed - sideways) * speed);
         let rubbing = direction * inverse_speed;
         let friction = rubbing * -normal_force;
-        let [mut torsion, mut spin, mut inverse_spin] = [0.0; 3];
+        let [mut torsion, mut spin, mut inverse_spin, mut fall_of_spin] = [0.0; 4];
         if patch_radius > 0.0 {
             spin = self.normal.dot(turning - other_turning);
-            inverse_spin = spin.hypot(slip_velocity / patch_radius).recip();
+            let inverse = spin.hypot(slip_velocity / patch_radius).recip();
+            let [at_rest, weakening] = self.law.at_rest((spin * patch_radius).powi(2));
+            inverse_spin = inverse * at_rest;
+            fall_of_spin = inverse * inverse + weakening * patch_radius * patch_radius;
             torsion = -normal_force * sideways * patch_radius * spin * inverse_spin;
         }
         Pressing {
@@ -167,9 +219,11 @@ impl Meeting {
             inverse_along,
             of_along,
             inverse_speed,
+            fall,
             torsion,
             spin,
             inverse_spin,
+            fall_of_spin,
         }
     }
 
@@ -191,8 +245,7 @@ impl Meeting {
         [[turn, shift], [other_turn, other_shift]]: [Motion<T>; 2],
         [[spin, velocity], [other_spin, other_velocity]]: [Motion<T>; 2],
     ) -> [Motion<T>; 2] {
-        let Law { stiffness, dissipation, friction: [_, _, sideways], slip_velocity, patch_radius } =
-            self.law;
+        let Law { stiffness, dissipation, friction: [_, _, sideways], patch_radius, .. } = self.law;
         let &Pressing { normal_force, rate, inverse_speed, .. } = pressing;
         // Written out: `array::map` is not always inlined.
         let normal = Vector::<T>::all(self.normal);
@@ -236,8 +289,7 @@ impl Meeting {
             - normal * normal_change.dot(at_contact);
         let direction_change = self.direction_change(pressing, turn, normal_change, sliding_change);
         let factor = normal_force * inverse_speed;
-        let factor_change =
-            force_change - sliding.dot(sliding_change) * (normal_force * inverse_speed * inverse_speed);
+        let factor_change = force_change - sliding.dot(sliding_change) * (normal_force * pressing.fall);
         let change = normal * force_change + normal_change * T::splat(normal_force)
             - Vector::all(rubbing) * factor_change
             - direction_change * T::splat(factor);
@@ -248,8 +300,9 @@ impl Meeting {
             return [[moment, change], [-other_moment, -change]];
         }
         let spin_change = normal_change.dot(turning - other_turning) + normal.dot(spin - other_spin);
-        let least = slip_velocity / patch_radius * pressing.inverse_spin;
-        let torsion_change = (force_change * pressing.spin + spin_change * (normal_force * least * least))
+        // With a constant factor of friction this is the square of the regularised part of the spin.
+        let growth = 1.0 - pressing.spin * pressing.spin * pressing.fall_of_spin;
+        let torsion_change = (force_change * pressing.spin + spin_change * (normal_force * growth))
             * (-sideways * patch_radius * pressing.inverse_spin);
         let torsion = normal * torsion_change + normal_change * T::splat(pressing.torsion);
         [[moment + torsion, change], [-other_moment - torsion, -change]]
@@ -294,7 +347,8 @@ impl Pressing {
     pub(crate) fn turned(&self, rubbing: Vector<f64>, next: &Self, length: f64) -> Vector<f64> {
         let inverse = self.inverse_speed;
         let slid = next.sliding - self.sliding;
-        let answer = next.direction - self.direction - rubbing * (self.sliding.dot(slid) * inverse);
+        let answer =
+            next.direction - self.direction - rubbing * (self.sliding.dot(slid) * self.fall / inverse);
         rubbing + (self.rubbing - rubbing) * length + answer * inverse
     }
 
@@ -326,14 +380,22 @@ mod tests {
         centres: [Vector<f64>; 2],
         motions: [Motion; 2],
         axis: Vector<f64>,
-        friction: [f64; 3],
+        (friction, excess): ([f64; 3], f64),
     ) -> Meeting {
         let radii = [0.3, 0.5];
         let way = centres[0] - centres[1];
         let length = way.dot(way).sqrt();
         let normal = way * length.recip();
         Meeting {
-            law: Law { stiffness: 50.0, dissipation: 0.7, friction, slip_velocity: 0.1, patch_radius: 0.2 },
+            law: Law {
+                stiffness: 50.0,
+                dissipation: 0.7,
+                friction,
+                slip_velocity: 0.1,
+                excess,
+                stribeck_velocity: 0.7,
+                patch_radius: 0.2,
+            },
             weight: 0.4,
             overlap: radii[0] + radii[1] - length,
             normal,
@@ -354,7 +416,7 @@ mod tests {
         let axis = v(0.6, 0.8, 0.0);
         let moved = [[v(0.3, 0.1, -0.2), v(0.5, -0.4, 0.2)], [v(0.1, 0.7, 0.3), v(-0.2, 0.3, 0.1)]];
         let faster = [[v(0.2, 0.2, 0.4), v(-0.3, 0.5, 0.6)], [v(0.1, -0.5, 0.2), v(0.4, 0.1, -0.7)]];
-        for friction in [[0.0; 3], [0.5; 3], [0.2, 0.6, 1.1]] {
+        for friction in [([0.0; 3], 0.0), ([0.5; 3], 0.0), ([0.2, 0.6, 1.1], 0.0), ([0.5; 3], 0.8)] {
             let here = meeting(centres, motions, axis, friction);
             let pressing = here.pressing();
             assert!(pressing.normal_force > 0.0 && pressing.dissipated_power() >= 0.0);
@@ -395,11 +457,32 @@ mod tests {
         }
     }
 
+    /// The largest friction is that at rest, and fast sliding has the other one.
+    #[test]
+    fn friction_falls_from_that_at_rest() {
+        for (ratio, velocities) in [(1.0001, 10.0), (1.5, 10.0), (1.5, 1e3), (4.0, 100.0)] {
+            let law = Law {
+                stiffness: 1.0,
+                dissipation: 0.0,
+                friction: [1.0; 3],
+                slip_velocity: 1e-4,
+                excess: excess_at_rest(ratio, velocities),
+                stribeck_velocity: 1e-4 * velocities,
+                patch_radius: 0.0,
+            };
+            let friction = |v: f64| law.at_rest(v * v)[0] * v / v.hypot(1e-4);
+            let speeds = (0..4000).map(|k| 1e-5 * (0.005 * f64::from(k)).exp());
+            let largest = speeds.map(friction).fold(0.0, f64::max);
+            assert!((largest / ratio - 1.0).abs() < 1e-5, "{ratio} {velocities}: {largest}");
+            assert!((friction(1.0) - 1.0).abs() < 1e-8);
+        }
+    }
+
     /// A ball and a moving solid with their motions; the solid's motion is that of its material at the ball's
     /// centre.
     fn carried(solid: &Solid, pose: &Pose, centre: Vector<f64>, motions: [Motion; 2]) -> Meeting {
         let distance = Placed { solid, pose: Some(pose) }.distance(centre);
-        let plain = meeting([centre, Vector::zero()], motions, Vector::zero(), [0.5; 3]);
+        let plain = meeting([centre, Vector::zero()], motions, Vector::zero(), ([0.5; 3], 0.0));
         Meeting {
             overlap: 0.3 - distance.value,
             normal: distance.normal,
