@@ -559,6 +559,8 @@ patch_radius = 0.01
 a = "arm"
 b = { link = "block", radius = 0.3, position = [0, 0.01, 0.02] }
 friction = 0.5
+static_friction = 0.7
+stribeck_velocity = 0.02
 [[contact]]
 name = "crate"
 a = { link = "arm", at = 0.2, radius = 0.05, position = [0.01, 0.02, 0.03] }

@@ -1,0 +1,123 @@
+"""Friction at rest that is larger than that of sliding: when blocks begin to slide, and stick and slip on a belt."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import lissom
+
+MASS, GRAVITY, STATIC, KINETIC = 2.0, 9.81, 0.6, 0.4
+WEIGHT = MASS * GRAVITY
+
+
+def block(spring=0.0, floor=None, loads=(), **constants):
+    """A mass on a rail above a floor, which presses with its weight, held by a spring along the rail."""
+    up = lissom.Link("up", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(1e-3))
+    along = lissom.Link(
+        "along", joint=lissom.Prismatic((1, 0, 0), stiffness=spring), parent="up", body=lissom.Body(MASS - 1e-3)
+    )
+    ball = lissom.Ball("along", 0.1, position=(0, 0, 0.1))
+    contact = lissom.Contact(
+        ball, floor or lissom.HalfSpace(), stiffness=1e6, friction=KINETIC, static_friction=STATIC, **constants
+    )
+    belt = [] if floor is None else [lissom.Link("belt", joint=lissom.Prismatic((1, 0, 0), motion=_belt))]
+    return lissom.Robot([up, along, *belt], loads=loads, contacts=[contact])
+
+
+SPEED = 0.1
+
+
+def _belt(t):
+    return SPEED * t
+
+
+@pytest.mark.parametrize("velocities", [(1e-4, 1e-2), (1e-3, 5e-3)])
+@pytest.mark.parametrize(("part", "slides"), [(0.99, False), (1.01, True)])
+def test_blocks_slide_from_static_friction_on(part, slides, velocities):
+    slip, stribeck = velocities
+    load = lissom.Load((part * STATIC * WEIGHT, 0, 0), link="along")
+    robot = block(loads=[load], slip_velocity=slip, stribeck_velocity=stribeck)
+    start = [-WEIGHT / 1e6, 0.0]
+    motion = lissom.simulate(robot, 2.0, q0=start, dt=1e-3)
+    assert motion.success
+    speed = motion.v[:, 1]
+    if not slides:
+        # It creeps at the speed at which friction is the load: up to a few times the slip velocity.
+        assert 0 < speed[-1] < stribeck
+        return
+    # Once it slides, kinetic friction is left, and the acceleration is that of the difference.
+    acceleration = (speed[-1] - speed[len(speed) // 2]) / (motion.t[-1] - motion.t[len(speed) // 2])
+    assert speed[-1] > 10 * stribeck
+    assert acceleration == pytest.approx(part * STATIC * GRAVITY - KINETIC * GRAVITY, rel=2e-3)
+
+
+def test_what_slides_fast_has_kinetic_friction():
+    robot = block(stribeck_velocity=1e-2)
+    motion = lissom.simulate(robot, 1.0, q0=[-WEIGHT / 1e6, 0.0], v0=[0.0, 3.0], dt=1e-3)
+    stop = 3.0 / (KINETIC * GRAVITY)
+    sliding = motion.t < 0.95 * stop
+    exact = 3.0 * motion.t - 0.5 * KINETIC * GRAVITY * motion.t**2
+    assert np.abs(motion.q[sliding, 1] - exact[sliding]).max() < 1e-4
+    assert motion.v[-1, 1] < 1e-9
+
+
+def stick_and_slip(spring):
+    """Period, and largest and least force of the spring, with friction that jumps from static to kinetic (Coulomb)."""
+    # Slip: m x'' = -k x + mu N with the mass moving against the belt's speed, from x = mu_s N / k at the belt's speed.
+    omega = np.sqrt(spring / MASS)
+    middle = KINETIC * WEIGHT / spring
+    start = STATIC * WEIGHT / spring - middle
+
+    # It sticks again where its velocity is the belt's: SPEED (1 - cos) = -start omega sin.
+    slip = 2 * (np.pi - np.arctan(start * omega / SPEED)) / omega
+    least = middle + start * np.cos(omega * slip) + SPEED / omega * np.sin(omega * slip)
+    return slip + (STATIC * WEIGHT / spring - least) / SPEED, STATIC * WEIGHT, spring * least
+
+
+@pytest.mark.parametrize("dt", [1e-3, 2e-4])
+def test_stick_and_slip_on_a_belt(dt):
+    spring = 400.0
+    period, most, least = stick_and_slip(spring)
+    # Short against the velocities of slipping, so that friction jumps.
+    robot = block(
+        spring, lissom.HalfSpace(link="belt"), slip_velocity=1e-5, stribeck_velocity=2e-3, dissipation=1.0
+    )
+    motion = lissom.simulate(robot, 6 * period, q0=[-WEIGHT / 1e6, 0.0, 0.0], v0=[0.0, SPEED, SPEED], dt=dt)
+    assert motion.success
+    x = motion.q[:, 1]
+    settled = motion.t > 2 * period
+    assert spring * x[settled].max() == pytest.approx(most, rel=1e-2)
+    assert spring * x[settled].min() == pytest.approx(least, rel=2e-2)
+    middle = 0.5 * (x[settled].max() + x[settled].min())
+    falls = motion.t[1:][settled[1:] & (x[1:] < middle) & (x[:-1] >= middle)]
+    assert np.diff(falls).mean() == pytest.approx(period, rel=1e-2)
+
+
+def test_equal_coefficients_are_one():
+    plain = lissom.Contact("a", lissom.HalfSpace(), friction=0.5)
+    same = lissom.Contact("a", lissom.HalfSpace(), friction=0.5, static_friction=0.5)
+    rod = lissom.Link("a", rod=[lissom.Segment(0.3, radius=0.01, young_modulus=1e6, density=1000, modes={"bend_y": 2})])
+    runs = [
+        lissom.simulate(
+            lissom.Robot([rod], gravity=(1, 0, -9.81), contacts=[contact]), 0.1, q0=[0.0, 0.0], dt=1e-3
+        )
+        for contact in (plain, same)
+    ]
+    np.testing.assert_array_equal(runs[0].q, runs[1].q)
+
+
+@pytest.mark.parametrize(
+    ("constants", "words"),
+    [
+        ({"static_friction": 0.3}, "static_friction: got 0.3"),
+        ({"static_friction": -0.3}, "static_friction"),
+        ({"static_friction": 0.6, "friction": (0.4, 0.4, 0.5)}, "one number"),
+        ({"static_friction": 0.6, "friction": 0.0}, "above zero"),
+        ({"static_friction": 0.6, "stribeck_velocity": 2e-4}, "stribeck_velocity: got 0.0002"),
+    ],
+)
+def test_what_is_no_static_friction_is_refused(constants, words):
+    with pytest.raises(ValueError, match="friction|stribeck") as raised:
+        lissom.Contact("a", lissom.HalfSpace(), **{"friction": 0.4, **constants})
+    assert words in str(raised.value)
