@@ -853,6 +853,8 @@ class Contact(Part):
         stiffness: float | Literal["material"] | None = None,
         dissipation: float = 1.0,
         friction: ArrayLike = 0.0,
+        static_friction: float | None = None,
+        stribeck_velocity: float = 0.01,
         slip_velocity: float = 0.0001,
         patch_radius: float = 0.0,
         name: str = "",
@@ -867,6 +869,10 @@ class Contact(Part):
     def dissipation(self) -> float: ...
     @property
     def friction(self) -> tuple[float, float, float]: ...
+    @property
+    def static_friction(self) -> float | None: ...
+    @property
+    def stribeck_velocity(self) -> float: ...
     @property
     def slip_velocity(self) -> float: ...
     @property
@@ -1668,7 +1674,9 @@ class SimulationSettings:
     @property
     def t_end(self) -> float: ...
     @property
-    def method(self) -> Literal["newmark", "hht", "generalised_alpha", "rk45", "dop853", "radau", "auto"]: ...
+    def method(self) -> Literal[
+        "newmark", "hht", "generalised_alpha", "rk45", "dop853", "radau", "quasi_static", "auto"
+    ]: ...
     @property
     def dt(self) -> float: ...
     @property
@@ -1817,7 +1825,9 @@ _NewmarkMethod = Literal[
     "generalised_alpha",
     "generalized_alpha",
 ]
-_Method: TypeAlias = _methods.Newmark | _methods.Radau | _methods.RK45 | _methods.DOP853 | _methods.Auto
+_Method: TypeAlias = (
+    _methods.Newmark | _methods.Radau | _methods.RK45 | _methods.DOP853 | _methods.QuasiStatic | _methods.Auto
+)
 
 def newmark(
     residual: Callable[..., Any],
@@ -1853,7 +1863,7 @@ def simulate(
     t0: float = 0.0,
     q0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
-    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] | _Method = "newmark",
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "quasi_static", "auto"] | _Method = "newmark",
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
@@ -1915,7 +1925,7 @@ def simulate_many(
     keep: Literal["states", "final", "summary"] = "states",
     places: Iterable[float | str | tuple[str, float]] | None = None,
     memory_limit: float = 4294967296.0,
-    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "auto"] | _Method = "newmark",
+    method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "quasi_static", "auto"] | _Method = "newmark",
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
@@ -1992,7 +2002,7 @@ class Simulation:
         model: Model,
         *,
         dt: float,
-        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] | _Method = "newmark",
+        method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "quasi_static"] | _Method = "newmark",
         q0: ArrayLike | None = None,
         v0: ArrayLike | None = None,
         t0: float = 0.0,
@@ -2056,7 +2066,7 @@ class Simulations:
         count: int | None = None,
         *,
         dt: float,
-        method: _NewmarkMethod | Literal["rk45", "dop853", "radau"] | _Method = "newmark",
+        method: _NewmarkMethod | Literal["rk45", "dop853", "radau", "quasi_static"] | _Method = "newmark",
         q0: ArrayLike | None = None,
         v0: ArrayLike | None = None,
         t0: float = 0.0,

@@ -298,7 +298,7 @@ impl PyScene {
         arguments.set_item("method", method(simulation))?;
         arguments.set_item("dt", simulation.dt)?;
         // Other methods reject these options.
-        if simulation.method.has_fixed_step() {
+        if simulation.method.has_fixed_step() && simulation.method != Method::QuasiStatic {
             arguments.set_item("jac", jac(simulation))?;
         }
         arguments.set_item("rtol", simulation.rtol)?;
@@ -502,13 +502,14 @@ impl PySimulationSettings {
 }
 
 /// Names of the settings in Python.
-const METHODS: [(Method, &str); 7] = [
+const METHODS: [(Method, &str); 8] = [
     (Method::Newmark, "newmark"),
     (Method::Hht, "hht"),
     (Method::GeneralisedAlpha, "generalised_alpha"),
     (Method::Rk45, "rk45"),
     (Method::Dop853, "dop853"),
     (Method::Radau, "radau"),
+    (Method::QuasiStatic, "quasi_static"),
     (Method::Auto, "auto"),
 ];
 const JACOBIANS: [(Jacobian, &str); 3] =

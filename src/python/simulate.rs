@@ -20,7 +20,9 @@ use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::robot::Robot;
 use crate::simulation::accuracy;
-use crate::simulation::methods::{Auto, Configuration, Dop853, Integration, Jacobian, Newmark, Radau, Rk45};
+use crate::simulation::methods::{
+    Auto, Configuration, Dop853, Integration, Jacobian, Newmark, QuasiStatic, Radau, Rk45,
+};
 use crate::simulation::simulate::{Control, slackness};
 use crate::simulation::time_limit::TimeLimit;
 
@@ -348,6 +350,11 @@ impl GivenOptions<'_, '_> {
             "radau" => Radau { rtol, atol, max_step, min_step, max_steps }.into(),
             "rk45" => Rk45 { rtol, atol, max_step, min_step, max_steps }.into(),
             "dop853" => Dop853 { rtol, atol, max_step, min_step, max_steps }.into(),
+            "quasi_static" => {
+                let given = [("max_step", max_step.is_some()), ("min_step", min_step != 0.0)];
+                refuse(given, name)?;
+                QuasiStatic { rtol, atol, max_steps }.into()
+            }
             _ => {
                 let Parameters { beta, gamma, alpha, rho_inf } = Parameters::by_name(name, &self.parameters)
                     .map_err(|error| name_all_methods(error, name))
@@ -600,7 +607,7 @@ pub(super) fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
 }
 
 /// Methods of this function beside the Newmark family.
-const OTHERS: [&str; 4] = ["rk45", "dop853", "radau", "auto"];
+const OTHERS: [&str; 5] = ["rk45", "dop853", "radau", "quasi_static", "auto"];
 
 /// Lists all methods of this function in a message that lists only the Newmark family, and the one that may be meant.
 fn name_all_methods(mut error: InvalidInput, name: &str) -> InvalidInput {

@@ -277,7 +277,7 @@ pub(super) struct Simulation {
     /// Time integrator. Default: "newmark". With a fixed step dt: "newmark", the average acceleration, which conserves energy;
     /// "hht" and "generalised_alpha", which damp vibrations that the step does not resolve. Adaptive: "rk45" and "dop853",
     /// explicit Runge-Kutta methods of orders 5 and 8; "radau", implicit, for stiff models; "auto", whichever suits the model,
-    /// with the accuracy rtol.
+    /// with the accuracy rtol. "quasi_static": equilibria under what changes slowly, with friction and damping, without inertia, in steps of dt.
     #[part(default)]
     pub(super) method: Method,
     /// Step size of the methods with a fixed step, in seconds. Default: 0.01. The other methods are adaptive.
@@ -321,6 +321,8 @@ pub enum Method {
     Dop853,
     /// Adaptive implicit Runge-Kutta method Radau IIA of order 5, for stiff models.
     Radau,
+    /// Equilibria under what changes slowly, without inertia, with a fixed step.
+    QuasiStatic,
     /// DOP853 or Radau, whichever suits the model, with the accuracy rtol.
     Auto,
 }
@@ -328,7 +330,7 @@ pub enum Method {
 impl Method {
     /// True when all steps have the size that the scene gives.
     pub fn has_fixed_step(self) -> bool {
-        matches!(self, Self::Newmark | Self::Hht | Self::GeneralisedAlpha)
+        matches!(self, Self::Newmark | Self::Hht | Self::GeneralisedAlpha | Self::QuasiStatic)
     }
 }
 

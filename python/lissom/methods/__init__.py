@@ -15,9 +15,13 @@ Newmark = _methods.Newmark
 Radau = _methods.Radau
 RK45 = _methods.RK45
 DOP853 = _methods.DOP853
+QuasiStatic = _methods.QuasiStatic
 Auto = _methods.Auto
 
-__all__ = ["DOP853", "RK45", "Auto", "Newmark", "Radau"]
+__all__ = ["DOP853", "RK45", "Auto", "Newmark", "QuasiStatic", "Radau"]
+
+#: The name of a method for each class but that of the Newmark family, which has several.
+_NAMES = {"QuasiStatic": "quasi_static"}
 
 
 def shorthand(method: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
@@ -40,7 +44,7 @@ def shorthand(method: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]
         if value != field.default and field.name != "impacts":
             given[field.name] = value
     if name != "Newmark":
-        return name.lower(), given | options
+        return _NAMES.get(name, name.lower()), given | options
     by_parameter = {"rho_inf": "generalised_alpha", "alpha": "hht"}
     name = next((by_parameter[key] for key in by_parameter if key in given), "newmark")
     return name, given | options

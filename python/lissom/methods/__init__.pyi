@@ -124,6 +124,22 @@ class DOP853(Part):
     @property
     def max_steps(self) -> int | None: ...
 
+class QuasiStatic(Part):
+    __match_args__ = ()
+    def __init__(
+        self,
+        *,
+        rtol: ArrayLike = 1e-6,
+        atol: ArrayLike = 1e-9,
+        max_steps: int | None = None,
+    ) -> None: ...
+    @property
+    def rtol(self) -> float | tuple[float, ...]: ...
+    @property
+    def atol(self) -> float | tuple[float, ...]: ...
+    @property
+    def max_steps(self) -> int | None: ...
+
 class Auto(Part):
     __match_args__ = ()
     def __init__(

@@ -1,7 +1,7 @@
 //! What is wrong with the end of a step.
 
 use super::impacts::{Impacts, Remedy};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, Number};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
     Approach, Beside, Facts, Flaw, Holding, Model, Pressed, Radius, Resolution, have_missed, have_passed,
@@ -47,6 +47,8 @@ pub(crate) enum Kind {
     Adaptive { bends: bool, is_judged: bool },
     /// Of fixed size, by the scheme of the method.
     WithMemory,
+    /// Without inertia, to an equilibrium.
+    WithoutInertia,
     /// By the backward Euler method, which stops what meets.
     WithoutMemory,
     /// The same where no shorter step can be made either.
@@ -103,6 +105,9 @@ pub(crate) struct Unilateral {
     pub(super) is_in_parts: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
+    /// Steps without inertia in which the shape has snapped to another one, and the end of the first of them.
+    snaps: usize,
+    first_snap: f64,
     pressed: Pressed,
     /// What the motion has now, if surfaces touch and the last step followed their forces.
     pub(super) holding: Option<Holding>,
@@ -133,7 +138,7 @@ impl Unilateral {
                 has_contact && model.gains_energy(ends.before(), ends.after(), ends.h, Beside::Motion)
             }
             Kind::WithMemory => self.is_unresolved(model, ends)?,
-            Kind::WithoutMemory | Kind::Last => false,
+            Kind::WithoutInertia | Kind::WithoutMemory | Kind::Last => false,
         };
         if is_unresolved {
             return Ok(Diagnosis::Unresolved);
@@ -148,7 +153,9 @@ impl Unilateral {
         }
         if has_contact
             && (have_passed(model, ends.way(q), Radius::Smaller)?
-                || kind != Kind::Last && model.is_touched() && self.would_have_passed(model, ends)?)
+                || matches!(kind, Kind::WithMemory | Kind::WithoutMemory)
+                    && model.is_touched()
+                    && self.would_have_passed(model, ends)?)
         {
             return Ok(Diagnosis::Crossed);
         }
@@ -312,9 +319,31 @@ impl Unilateral {
         self.forget();
     }
 
+    /// The shape has snapped to another one in the step to this time.
+    pub(super) fn note_snap(&mut self, t: f64) {
+        if self.snaps == 0 {
+            self.first_snap = t;
+        }
+        self.snaps += 1;
+    }
+
     /// Why the motion in steps of such a size may be wrong although all were made.
     pub(crate) fn doubt(&self, dt: f64, remedy: Remedy) -> Option<String> {
+        if self.snaps > 0 {
+            let (steps, first) = (self.snaps, Number(self.first_snap));
+            let steps = if steps == 1 { "one step".to_owned() } else { format!("{steps} steps") };
+            return Some(format!(
+                "In {steps}, first in the one to t = {first}, no equilibrium is near: what sticks lets go, or a shape snaps to another \
+                 one. Such steps are made with inertia and lose its energy. Where that decides what follows, use another method."
+            ));
+        }
         self.impacts.doubt(dt, remedy)
+    }
+
+    /// What goes on from step to step without inertia, beside the rest.
+    pub(crate) fn serialise_snaps(&mut self, tape: &mut Tape<'_>) {
+        tape.count(&mut self.snaps);
+        tape.number(&mut self.first_snap);
     }
 
     /// What goes on from step to step.

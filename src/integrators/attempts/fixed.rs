@@ -9,6 +9,9 @@ use crate::model::{InContact, InImpact};
 /// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
 const MOST_HALVINGS: usize = 8;
 
+/// The same for a step without inertia that shapes snap in: 1/16384 of a second is short against what they snap by.
+const MOST_HALVINGS_OF_SNAPS: usize = 14;
+
 /// What a step knows of those before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Memory {
@@ -21,6 +24,9 @@ pub(crate) enum Memory {
 pub(crate) trait Fixed: Stepper + Clone {
     /// Whether its systems are plain: there is nothing to look at.
     const IS_PLAIN: bool;
+
+    /// Whether accelerations act.
+    fn has_inertia(&self) -> bool;
 
     /// Tries a step to a time, of a size.
     fn try_step<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64, memory: Memory) -> Solved;
@@ -45,14 +51,20 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
     let facts = system.facts();
     let is_one_sided = !T::IS_PLAIN && (facts.has_contact || facts.is_one_sided);
     let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
+    let has_inertia = stepper.has_inertia();
     let mut ladder = Ladder { stepper, system };
+    if !has_inertia {
+        return ladder.step_without_inertia(t_new, h);
+    }
     if is_one_sided {
         ladder.unilateral().begin_step();
         return ladder.step(t_new, h);
     }
     match ladder.part(t_new, h, Memory::Kept)? {
         // Mechanisms that come near a singular position, such as a rope that cracks, may take shorter steps there (`test_loops`).
-        Err(failure) if has_constraints => Ok(ladder.in_parts(t_new, Memory::Kept)?.map_err(|_| failure)),
+        Err(failure) if has_constraints => {
+            Ok(ladder.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.map_err(|_| failure))
+        }
         solved => Ok(solved),
     }
 }
@@ -87,7 +99,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         }
         // 3. In parts: the shorter a step, the more what moves outweighs what presses. Rods that are wedged in and steep
         // friction need that (`test_contact_hard`), and what would pass through each other (`test_contact_passing`).
-        if self.in_parts(t_new, Memory::Dropped)?.is_ok() {
+        if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS)?.is_ok() {
             let unilateral = self.unilateral();
             unilateral.is_in_parts = true;
             unilateral.unsettled = unilateral.unsettled.max(1);
@@ -104,6 +116,23 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             self.accept_without_memory()?;
         }
         Ok(solved)
+    }
+
+    /// A step to an equilibrium: what meets in it has no energy. Shorter ones change less, and damping and friction hold more in them.
+    fn step_without_inertia(&mut self, t_new: f64, h: f64) -> Solved {
+        // 1. To the equilibrium that is near.
+        let Err(failure) = self.part(t_new, h, Memory::Kept)? else { return Ok(Ok(())) };
+        // 2. In parts.
+        if self.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.is_ok() {
+            return Ok(Ok(()));
+        }
+        // 3. Where there is none the shape snaps to another one: with inertia, which the backward Euler method takes the energy out of
+        // (`test_static_friction_lets_go_and_catches_again`, `test_arches_snap_through`).
+        if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS_OF_SNAPS)?.is_ok() {
+            self.unilateral().note_snap(t_new);
+            return Ok(Ok(()));
+        }
+        Ok(Err(failure))
     }
 
     fn unilateral(&mut self) -> &mut Unilateral {
@@ -129,8 +158,12 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
     }
 
     fn diagnose(&mut self, memory: Memory) -> Result<Diagnosis, Interrupted> {
+        let kind = match memory {
+            _ if !self.stepper.has_inertia() => Kind::WithoutInertia,
+            Memory::Kept => Kind::WithMemory,
+            Memory::Dropped => Kind::WithoutMemory,
+        };
         let (ends, unilateral) = self.stepper.tried();
-        let kind = if memory == Memory::Kept { Kind::WithMemory } else { Kind::WithoutMemory };
         unilateral.diagnose(model_of(self.system), &ends, kind)
     }
 
@@ -139,8 +172,13 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         if let Err(failure) = self.try_step(t_new, h, memory)? {
             return Ok(Err(failure));
         }
-        if T::IS_PLAIN || memory == Memory::Kept {
+        if T::IS_PLAIN || memory == Memory::Kept && self.stepper.has_inertia() {
             self.stepper.accept(self.system)?;
+        } else if !self.stepper.has_inertia() {
+            if self.diagnose(memory)? != Diagnosis::Sound {
+                return Ok(Err(Failure::NotConverged));
+            }
+            self.accept()?;
         } else if self.diagnose(memory)? == Diagnosis::Sound {
             self.accept_without_memory()?;
         } else {
@@ -178,10 +216,10 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
     }
 
     /// The step in halves, and in halves of those that cannot be made either.
-    fn in_parts(&mut self, t_new: f64, memory: Memory) -> Solved {
+    fn in_parts(&mut self, t_new: f64, memory: Memory, halvings: usize) -> Solved {
         let start = self.stepper.clone();
         self.stepper.begin_parts();
-        let solved = self.halves(t_new, MOST_HALVINGS, memory);
+        let solved = self.halves(t_new, halvings, memory);
         self.stepper.end_parts(start, matches!(solved, Ok(Ok(()))));
         self.stepper.forget();
         solved

@@ -118,7 +118,7 @@ impl Jacobian {
         linear: &mut LinearSystem,
         counters: &mut Counters,
     ) -> Result<(), Interrupted> {
-        let Trial { t, q, v, a, weights, .. } = trial;
+        let (Trial { t, q, v, weights, .. }, a) = (trial, trial.accelerations());
         let jacobian = match linear {
             LinearSystem::Tree { jacobian, .. } => {
                 model_at(system, *t)?.tree_tangent(q, v, a, *weights, jacobian);
@@ -206,7 +206,7 @@ impl<S: System + ?Sized, V: Numbers> roots::System for Moved<'_, S, V> {
         for (i, x) in x.iter().enumerate() {
             self.shifted.q[i] = self.trial.q[i] + wq * x;
             self.shifted.v[i] = self.trial.v[i] + wv * x;
-            self.shifted.a[i] = self.trial.a[i] + wa * x;
+            self.shifted.a[i] = self.trial.accelerations()[i] + wa * x;
         }
         self.evaluations += 1;
         let Trial { t, q, v, a, .. } = &*self.shifted;

@@ -26,6 +26,7 @@ pub struct Scheme {
     gamma: f64,
     alpha_m: f64,
     alpha_f: f64,
+    has_inertia: bool,
 }
 
 /// Largest useful beta and gamma: those of the backward difference (Zienkiewicz 1977), the most damping member.
@@ -54,8 +55,12 @@ impl Scheme {
     /// `omega h <= 2`.
     pub const CENTRAL_DIFFERENCE: Self = Self::plain(0.0, 0.5);
 
+    /// Without inertia: equilibria under what moves slowly, with velocities that are differences of the shapes, by the backward
+    /// Euler method. Damping and friction act by these.
+    pub(crate) const QUASI_STATIC: Self = Self { has_inertia: false, ..Self::plain(1.0, 1.0) };
+
     const fn plain(beta: f64, gamma: f64) -> Self {
-        Self { beta, gamma, alpha_m: 0.0, alpha_f: 0.0 }
+        Self { beta, gamma, alpha_m: 0.0, alpha_f: 0.0, has_inertia: true }
     }
 
     /// Newmark's method. `beta` in [0, 1] and `gamma` in [1/2, 3/2]: below 1/2 oscillations grow for any step
@@ -103,7 +108,13 @@ impl Scheme {
     /// gamma for order 2, beta for the largest damping of fast oscillations (Chung and Hulbert 1993, eqs. 17 and 20).
     fn second_order(alpha_m: f64, alpha_f: f64) -> Self {
         let shift = alpha_m - alpha_f;
-        Self { beta: 0.25 * (1.0 - shift) * (1.0 - shift), gamma: 0.5 - shift, alpha_m, alpha_f }
+        Self {
+            beta: 0.25 * (1.0 - shift) * (1.0 - shift),
+            gamma: 0.5 - shift,
+            alpha_m,
+            alpha_f,
+            has_inertia: true,
+        }
     }
 
     /// Parameter beta of the displacement update.
@@ -153,6 +164,11 @@ impl Scheme {
     /// True when algorithmic and true accelerations are the same.
     pub(super) fn is_plain(&self) -> bool {
         self.alpha_m == 0.0 && self.alpha_f == 0.0
+    }
+
+    /// Whether accelerations act.
+    pub(crate) fn has_inertia(&self) -> bool {
+        self.has_inertia
     }
 
     /// Whether it damps what is infinitely fast.

@@ -10,7 +10,7 @@ use pyo3::types::PyType;
 use crate::description::schema::{AnyPart, Data, Part as _, Reader, Schema, Value};
 use crate::python::signal::Functions;
 use crate::scene::PARTS;
-use crate::simulation::methods::{Auto, Dop853, Newmark, Radau, Rk45};
+use crate::simulation::methods::{Auto, Dop853, Newmark, QuasiStatic, Radau, Rk45};
 
 /// A part of a model. It cannot be changed: `dataclasses.replace` makes another one.
 // In the module where it is found: old protocols of pickles name it.
@@ -23,8 +23,8 @@ pub(crate) struct PyPart {
 }
 
 /// The methods of simulations.
-pub(super) const METHODS: [&Schema; 5] =
-    [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, Auto::SCHEMA];
+pub(super) const METHODS: [&Schema; 6] =
+    [Newmark::SCHEMA, Radau::SCHEMA, Rk45::SCHEMA, Dop853::SCHEMA, QuasiStatic::SCHEMA, Auto::SCHEMA];
 
 /// Classes of the parts and of the methods, in the order of their tables.
 pub(super) static CLASSES: PyOnceLock<Vec<Py<PyType>>> = PyOnceLock::new();

@@ -140,6 +140,26 @@ adaptive! {
     Dop853
 }
 
+/// Equilibria under inputs, loads and prescribed motions that change slowly: steps of the size `dt` without inertia, by the backward Euler
+/// method.
+///
+/// The velocity of a step is the change of the shape over it, so that friction sticks and slides, dampers and viscous materials follow, and
+/// results depend on the direction and the history of what is done: insertion of catheters, ropes that are dragged. Nothing vibrates, so that
+/// steps may be as long as what acts allows; the error is proportional to them. The first step leads from `q0` to the equilibrium.
+/// Shapes that snap through go over to the next equilibrium. Something must hold every part.
+#[derive(Clone, Debug, PartialEq, Described)]
+#[part(concise)]
+pub struct QuasiStatic {
+    /// Relative tolerance of the equations of a step, of how far coordinates move in it.
+    #[part(non_negative, default = Tolerance::Same(RTOL))]
+    pub rtol: Tolerance,
+    /// Absolute tolerance of the equations, in the unit of q per second squared: an error of ``atol * dt**2`` of a coordinate.
+    #[part(non_negative, default = Tolerance::Same(ATOL))]
+    pub atol: Tolerance,
+    /// Maximum number of accepted steps; by default unlimited.
+    pub max_steps: Option<usize>,
+}
+
 /// The method and steps that reach an accuracy, chosen among the adaptive methods by the stiffness of the model.
 ///
 /// Runs are repeated until the estimated error of the tip is at most `rtol` times the length; see ``docs/accuracy.md``.
@@ -171,6 +191,8 @@ pub enum Integration {
     Rk45(Rk45),
     /// The pair of order 8.
     Dop853(Dop853),
+    /// Equilibria under what changes slowly.
+    QuasiStatic(QuasiStatic),
     /// Whatever reaches an accuracy.
     Auto(Auto),
 }
@@ -207,6 +229,9 @@ impl Integration {
             }
             Self::Rk45(rk45) => first_order(rk45.options(ode::Method::Rk45, n)?),
             Self::Dop853(dop853) => first_order(dop853.options(ode::Method::Dop853, n)?),
+            Self::QuasiStatic(quasi_static) => {
+                Configuration::Method(Method::Newmark(quasi_static.options(dt)))
+            }
             Self::Auto(auto) => Configuration::Accuracy(auto.request(dt)),
         })
     }
@@ -265,6 +290,20 @@ impl Newmark {
             max_steps: self.max_steps.unwrap_or(usize::MAX),
             ..newmark::Options::new(dt)
         })
+    }
+}
+
+impl QuasiStatic {
+    /// Options of steps of this size.
+    fn options(&self, dt: f64) -> newmark::Options {
+        newmark::Options {
+            scheme: Scheme::QUASI_STATIC,
+            rtol: self.rtol.clone(),
+            atol: self.atol.clone(),
+            impacts: Impacts::Stopped,
+            max_steps: self.max_steps.unwrap_or(usize::MAX),
+            ..newmark::Options::new(dt)
+        }
     }
 }
 

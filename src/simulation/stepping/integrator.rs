@@ -4,7 +4,7 @@ use super::method::Method;
 use super::resolving::{Resolved, Resolving};
 use super::status::Status;
 use crate::description::signal::Cell;
-use crate::error::{Checker, Interrupted, InvalidInput};
+use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::integrators::attempts::Remedy;
 use crate::integrators::newmark;
 use crate::integrators::newmark::Lengths;
@@ -52,6 +52,9 @@ impl<M: Model> Integrator<M> {
             Method::Newmark(options) => {
                 if model.facts().constraints() > 0 {
                     check_holding(options)?;
+                }
+                if !options.scheme.has_inertia() {
+                    check_at_rest(&model, v0)?;
                 }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
@@ -158,7 +161,7 @@ impl<M: Model> Integrator<M> {
     /// Whether its steps are of fixed size: what they were solved with pulls over the whole of each.
     pub(super) fn pulls(&self) -> Option<&[f64]> {
         match self {
-            Self::Newmark { stepper, .. } if stepper.fixed_scheme().is_some() => Some(stepper.pulls()),
+            Self::Newmark { stepper, .. } if stepper.has_fixed_steps() => Some(stepper.pulls()),
             _ => None,
         }
     }
@@ -402,7 +405,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// The scheme of steps of one size.
+    /// The scheme of steps of one size that follow vibrations.
     pub(super) fn fixed_scheme(&self) -> Option<newmark::Scheme> {
         if let Self::Newmark { stepper, .. } = self { stepper.fixed_scheme() } else { None }
     }
@@ -410,7 +413,7 @@ impl<M: Model> Integrator<M> {
     /// This end of a step of the fixed size `dt`, or the corner that it is but for rounding.
     pub(super) fn end_at_corner(&self, end: f64, dt: f64) -> f64 {
         match self {
-            Self::Newmark { model, stepper, .. } if stepper.fixed_scheme().is_some() => {
+            Self::Newmark { model, stepper, .. } if stepper.has_fixed_steps() => {
                 Cell { start: end - dt, t: end - dt, end }.end_at_corner(|cell| model.corner(cell))
             }
             _ => end,
@@ -471,6 +474,18 @@ fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     check.require(scheme.damps() && scheme.beta() > 0.0, "method", "one without damping", expected);
     let expected = "\"analytic\": closed loops are held by exact derivatives";
     check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);
+    check.finish()
+}
+
+/// Refuses what has no meaning without inertia.
+fn check_at_rest<M: Model>(model: &M, v0: &[f64]) -> Result<(), InvalidInput> {
+    let mut check = Checker::new();
+    let fastest = v0.iter().copied().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let expected = "none: without inertia velocities are those of the shapes, which inputs, loads and prescribed motions move";
+    check.require(fastest == 0.0, "v0", Number(fastest), expected);
+    let expected = "another method, or tendons with a `stiffness`";
+    let found = "without inertia, of a robot with tendons that do not stretch";
+    check.require(!model.facts().is_one_sided, "method", found, expected);
     check.finish()
 }
 

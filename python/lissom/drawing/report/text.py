@@ -26,6 +26,7 @@ METHODS = {
     "rk45": "Dormand-Prince 5(4) (explicit)",
     "dop853": "Dormand-Prince 8(5,3) (explicit)",
     "radau": "Radau IIA of order 5 (implicit)",
+    "quasi_static": "quasi-static (backward Euler without inertia)",
     "auto": "chosen for the accuracy",
 }
 
@@ -40,7 +41,8 @@ MEASURED_STEPS = 100
 MEASURED_RUNS = 3
 
 #: Methods with a fixed step from the scene.
-FIXED_STEP = ("newmark", "hht", "generalised_alpha")
+NEWMARK = ("newmark", "hht", "generalised_alpha")
+FIXED_STEP = (*NEWMARK, "quasi_static")
 
 #: Methods that evaluate accelerations, but do not solve for them.
 EXPLICIT = ("rk45", "dop853")
@@ -134,7 +136,9 @@ def statistics(run: Run) -> list[tuple[str, str]]:
     settings = run.scene.simulation
     rows = [("method", method_of(run.scene))]
     if settings.method in FIXED_STEP:
-        rows += [("step", quantity(settings.dt, "s")), ("Jacobian", settings.jac)]
+        rows.append(("step", quantity(settings.dt, "s")))
+    if settings.method in NEWMARK:
+        rows.append(("Jacobian", settings.jac))
     rows += [
         tolerances(run),
         ("simulated", quantity(found["simulated_seconds"]) + " s"),
@@ -243,7 +247,7 @@ def multiplications(one: Mapping[str, int], stats: Statistics) -> int:
 
 def _first_steps(scene: Scene, duration: float) -> MotionResult:
     settings = scene.simulation
-    options: dict[str, Any] = {"jac": settings.jac} if settings.method in FIXED_STEP else {}
+    options: dict[str, Any] = {"jac": settings.jac} if settings.method in NEWMARK else {}
     if settings.method != "auto":
         options["atol"] = settings.atol
     with warnings.catch_warnings():

@@ -483,7 +483,7 @@ impl<V: Numbers> Corrector<V> {
     ) -> Result<(), Interrupted> {
         counters.nfev += 1;
         counters.newton_iterations += 1;
-        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
+        system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
         per_acceleration(trial, &mut self.residual);
         Ok(())
     }
@@ -616,7 +616,7 @@ impl<V: Numbers> Corrector<V> {
         }
         trial.subtract(&self.increment);
         counters.nfev += 1;
-        system.residual(trial.t, &trial.q, &trial.v, &trial.a, &mut self.residual)?;
+        system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
         per_acceleration(trial, &mut self.residual);
         self.compute_increment();
         self.moved = moved;

@@ -19,6 +19,9 @@ const SWIFT: f64 = 10.0;
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
     pub(super) fn attempt<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
+        if !self.scheme.has_inertia() {
+            return self.attempt_without_inertia(system, t_new, h);
+        }
         let is_plain = self.scheme.is_plain();
         let memory = if is_plain { Some(1.0) } else { self.memory(system, t_new, h) };
         if self.step.made_for != (h, memory) {
@@ -59,6 +62,17 @@ impl<V: Numbers> StepperOf<V> {
             self.forgets |= self.fit_to_constraints(system, begins_to_hold)? && begins_to_hold;
         }
         Ok(solved)
+    }
+
+    /// The same without inertia: the velocity at the end is the change of the shape over the step, and accelerations are none.
+    fn attempt_without_inertia<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
+        let trial = &mut self.trial;
+        trial.t = t_new;
+        self.size = h;
+        trial.weights = [h * h, h, 0.0];
+        trial.q_base.copy_from_slice(&self.q);
+        trial.v_base.iter_mut().for_each(|v| *v = 0.0);
+        self.correct(system, h)
     }
 
     /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
@@ -164,6 +178,14 @@ impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion for the accelerations of the trial.
     fn correct<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
         match self.guess {
+            _ if self.trial.weights[2] == 0.0 => {
+                // The shape goes on as in the last step.
+                let n = self.q.len();
+                self.guessed[n..].copy_from_slice(&self.a[n..]);
+                for (guess, v) in self.guessed.iter_mut().zip(self.v.iter()) {
+                    *guess = v / h;
+                }
+            }
             Guess::Zero => {
                 // Multipliers of a robot at rest are not zero: their full size would drown what accelerations are looked for.
                 let n = self.q.len();
@@ -231,6 +253,10 @@ impl<V: Numbers> Stepper for StepperOf<V> {
             self.settle_accelerations(system)?;
         }
         let h = self.size;
+        if !self.scheme.has_inertia() {
+            let n = self.q.len();
+            self.trial.a[..n].fill(0.0);
+        }
         self.rank = self.corrector.rank();
         if self.options.predictor == Predictor::Best {
             self.guess = self.best_guess(h);

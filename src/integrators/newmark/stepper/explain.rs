@@ -12,6 +12,12 @@ const TIGHT: f64 = 1e-10;
 impl<V: Numbers> StepperOf<V> {
     /// What a step did that could not be solved, and what helps.
     fn unsolved(&self) -> (&'static str, &'static str) {
+        if !self.scheme.has_inertia() {
+            return (
+                ", nor in parts of it, with and without inertia",
+                "Take a smaller `dt`. If that ends at the same place, look at the last state, and follow it by another method.",
+            );
+        }
         if self.unilateral.has_touched {
             return (
                 ", in which surfaces touch",
@@ -63,6 +69,11 @@ impl<V: Numbers> StepperOf<V> {
                     "Newton's method did not converge in the step from t = {t} (step size {h}){doing}; the result ends there. {cure}"
                 )
             }
+            Status::StepFailed(Failure::SingularJacobian) if !self.scheme.has_inertia() => format!(
+                "The stiffness in the step from t = {t} (step size {h}) is singular; the result ends there. Without inertia something \
+                 must hold every part: a joint with `stiffness`, `damping` or `friction`, a support, or what it lies on. A method \
+                 with inertia follows what moves freely."
+            ),
             Status::StepFailed(Failure::SingularJacobian) => format!(
                 "The Jacobian of the step from t = {t} (step size {h}) is singular; the result ends there. Change `dt` or \
                  use adaptive steps; if that does not help the equations of motion do not determine the accelerations."

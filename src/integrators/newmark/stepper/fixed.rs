@@ -41,6 +41,10 @@ impl<V: Numbers> StepperOf<V> {
 impl<V: Numbers> Fixed for StepperOf<V> {
     const IS_PLAIN: bool = V::IS_PLAIN;
 
+    fn has_inertia(&self) -> bool {
+        self.scheme.has_inertia()
+    }
+
     fn try_step<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64, memory: Memory) -> Solved {
         match memory {
             Memory::Kept => self.attempt(system, t_new, h),

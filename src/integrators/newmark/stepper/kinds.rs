@@ -237,7 +237,12 @@ impl Stepper {
         of_kind!(&self.0, stepper => stepper.explain(status))
     }
 
-    /// The scheme of steps of one size.
+    /// Whether steps have one size.
+    pub(crate) fn has_fixed_steps(&self) -> bool {
+        of_kind!(&self.0, stepper => stepper.has_fixed_steps())
+    }
+
+    /// The scheme of steps of one size that follow vibrations.
     pub(crate) fn fixed_scheme(&self) -> Option<Scheme> {
         of_kind!(&self.0, stepper => stepper.fixed_scheme())
     }

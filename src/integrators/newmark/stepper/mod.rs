@@ -166,6 +166,10 @@ impl<V: Numbers> StepperOf<V> {
         }
         self.prepare(system);
         rotation_vectors::wrap(&system.facts().rotation_vectors, &mut self.q, &mut self.v, &mut []);
+        if !self.scheme.has_inertia() {
+            self.started = true;
+            return Ok(None);
+        }
         if let Some(a0) = &self.options.initial_acceleration {
             self.a[..a0.len()].copy_from_slice(a0);
         } else if system.facts().constraints() > 0 {
@@ -202,9 +206,10 @@ impl<V: Numbers> StepperOf<V> {
         (self.is_one_sided, self.rank) = (facts.is_one_sided, facts.constraints());
         self.pulls.resize(if self.is_one_sided { self.rank } else { 0 }, 0.0);
         let unknowns = self.q.len() + facts.constraints();
-        for values in [&mut self.a, &mut self.a_old, &mut self.guessed, &mut self.trial.a] {
+        for values in [&mut self.a, &mut self.a_old, &mut self.guessed] {
             values.lengthen(unknowns);
         }
+        self.trial.lengthen(unknowns);
     }
 
     /// Makes one accepted step. Returns `Some(status)` if the integration has ended: the end was reached, or
@@ -339,6 +344,9 @@ impl<V: Numbers> StepperOf<V> {
         self.grid.serialise(tape);
         self.counters.serialise(tape);
         self.unilateral.serialise(tape);
+        if !self.scheme.has_inertia() {
+            self.unilateral.serialise_snaps(tape);
+        }
         tape.count(&mut self.rank);
         tape.flag(&mut self.started);
         self.corrector.serialise(system, tape);
@@ -349,9 +357,14 @@ impl<V: Numbers> StepperOf<V> {
         &self.a[..self.q.len()]
     }
 
-    /// The scheme of steps of one size.
+    /// Whether steps have one size.
+    fn has_fixed_steps(&self) -> bool {
+        self.error_estimate.is_none()
+    }
+
+    /// The scheme of steps of one size that follow vibrations.
     fn fixed_scheme(&self) -> Option<Scheme> {
-        self.error_estimate.is_none().then_some(self.scheme)
+        Some(self.scheme).filter(|scheme| self.has_fixed_steps() && scheme.has_inertia())
     }
 
     /// State at a time within the last step, by cubic Hermite interpolation of displacements and of

@@ -1,0 +1,160 @@
+"""Motions without inertia: equilibria under what moves slowly, with friction and damping."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+import lissom
+
+WEIGHT, STIFFNESS, SPEED = 5.0, 200.0, 0.02
+
+
+def rod(**options):
+    return lissom.Segment(
+        0.4, radius=0.005, young_modulus=1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 5, "bend_z": 5}, **options
+    )
+
+
+def test_without_damping_every_step_ends_in_the_equilibrium():
+    times = np.linspace(0.0, 2.0, 9)
+    force = lissom.Load(force=(times, np.outer(times, (0.0, 0.02, -0.05))))
+    robot = lissom.Rod([rod()], loads=[force])
+    motion = lissom.simulate(robot, 2.0, dt=0.25, method="quasi_static", rtol=1e-10)
+    assert motion.success and not motion.a.any()
+    for t, q in zip(motion.t[1:], motion.q[1:], strict=True):
+        rest = lissom.statics(lissom.Rod([rod()], loads=[lissom.Load(force=(0.0, 0.02 * t, -0.05 * t))]))
+        assert_allclose(q, rest.q, rtol=1e-7, atol=1e-9)
+    assert_allclose(np.diff(motion.q, axis=0) / 0.25, motion.v[1:], atol=1e-12)
+
+
+def test_one_step_is_enough_without_damping_and_friction():
+    robot = lissom.Rod([rod()], loads=[lissom.Load(force=(0, 0.1, 0.1))])
+    motion = lissom.simulate(robot, 1.0, dt=1.0, method=lissom.methods.QuasiStatic())
+    assert_allclose(motion.q[-1], lissom.statics(robot).q, rtol=1e-5, atol=1e-8)
+
+
+def crank(damping, stiffness=3.0, torque=1.5):
+    joint = lissom.Revolute((0, 1, 0), stiffness=stiffness, damping=damping)
+    link = lissom.Link("crank", joint=joint, body=lissom.Body(mass=0.7, inertia=np.eye(3)))
+    return lissom.Robot([link], gravity=(0, 0, 0), loads=[lissom.Load(moment=(0, torque, 0), link="crank")])
+
+
+def test_dampers_creep_with_order_one():
+    errors = []
+    for dt in (0.1, 0.05, 0.025):
+        motion = lissom.simulate(crank(2.0), 3.0, dt=dt, method="quasi_static")
+        exact = 0.5 * (1 - np.exp(-1.5 * motion.t))
+        errors.append(np.abs(motion.q[:, 0] - exact).max())
+    assert_allclose(np.divide(errors[:-1], errors[1:]), 2.0, rtol=0.05)
+    assert errors[-1] < 5e-3
+
+
+def dragged(motion, friction=0.4, unit=1.0, **contact):
+    """A block on a floor behind a spring whose other end is moved."""
+    up = lissom.Link("up", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(mass=1e-7))
+    driver = lissom.Link("driver", joint=lissom.Prismatic((1, 0, 0), motion=motion), parent="up")
+    spring = lissom.Prismatic((1, 0, 0), stiffness=STIFFNESS)
+    block = lissom.Link("block", joint=spring, parent="driver", body=lissom.Body(mass=WEIGHT / 9.81 - 1e-7))
+    touch = lissom.Contact(
+        lissom.Ball("block", 0.1, position=(0, 0, 0.1)),
+        lissom.HalfSpace(),
+        stiffness=1e6,
+        friction=friction,
+        slip_velocity=1e-5,
+        **contact,
+    )
+    return lissom.Robot([up, driver, block], contacts=[touch])
+
+
+def there_and_back(t):
+    return SPEED * t * (2.0 - t)
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.05])
+def test_what_is_dragged_sticks_slides_and_goes_back_by_another_way(dt):
+    robot = dragged(there_and_back)
+    start = [-WEIGHT / 1e6, 0.0]
+    motion = lissom.simulate(robot, 3.0, q0=start, dt=dt, method="quasi_static")
+    assert motion.success, motion.message
+    # Coulomb: the spring stretches until friction is overcome, and by twice that much on the way back.
+    force, most = 0.0, 0.4 * WEIGHT
+    end = 0.0
+    for t, q in zip(motion.t, motion.q, strict=True):
+        moved = STIFFNESS * (there_and_back(t) - end)
+        end = there_and_back(t)
+        force = np.clip(force + moved, -most, most)
+        # It creeps at the slip velocity times up to a few while it sticks.
+        assert -STIFFNESS * q[1] == pytest.approx(force, abs=2e-2 * most)
+
+
+def test_static_friction_lets_go_and_catches_again():
+    robot = dragged(
+        [np.array([0.0, 4.0]), np.array([0.0, 4 * SPEED])], static_friction=0.6, stribeck_velocity=1e-3
+    )
+    motion = lissom.simulate(robot, 4.0, q0=[-WEIGHT / 1e6, 0.0], dt=5e-3, method="quasi_static")
+    assert motion.success, motion.message
+    force = -STIFFNESS * motion.q[:, 1]
+    assert force.max() == pytest.approx(0.6 * WEIGHT, rel=2e-2)
+    # Without inertia it slides until the spring has lost what kinetic friction does not carry.
+    drops = np.flatnonzero(np.diff(force) < -0.1 * WEIGHT)
+    assert len(drops) >= 3
+    assert force[drops + 1].max() < 0.5 * WEIGHT
+
+
+def test_motions_are_those_with_inertia_where_these_are_slow():
+    ramp = [np.array([0.0, 2.0]), np.array([0.0, 2 * SPEED])]
+    slow = lissom.simulate(dragged(ramp), 2.0, q0=[-WEIGHT / 1e6, 0.0], dt=1e-2, method="quasi_static")
+    full = lissom.simulate(dragged(ramp), 2.0, q0=[-WEIGHT / 1e6, 0.0], dt=1e-3)
+    assert slow.q[-1] == pytest.approx(full.q[-1], rel=1e-2, abs=1e-6)
+
+
+def test_closed_loops_are_held():
+    def robot(force):
+        joint = lissom.Revolute((0, 1, 0), stiffness=0.5)
+        bars = [
+            lissom.Link("a", joint=joint, body=lissom.Body(mass=0.1, centre=(0.2, 0, 0), inertia=1e-3 * np.eye(3))),
+            lissom.Link(
+                "b", joint=lissom.Revolute((0, 1, 0)), parent="a", position=(0.4, 0, 0), body=lissom.Body(mass=0.1, inertia=1e-3 * np.eye(3))
+            ),
+            lissom.Link(
+                "c", joint=lissom.Revolute((0, 1, 0)), position=(0.3, 0, 0), body=lissom.Body(mass=0.1, inertia=1e-3 * np.eye(3))
+            ),
+        ]
+        tie = lissom.Loop(
+            lissom.LoopEnd("b", position=(0.3, 0, 0)), lissom.LoopEnd("c", position=(0.4, 0, 0)), "pin"
+        )
+        return lissom.Robot(bars, gravity=(0, 0, 0), loops=[tie], loads=[lissom.Load(force=force, link="a")])
+
+    start = lissom.statics(robot((0, 0, 0.0))).q
+    times = np.array([0.0, 1.0])
+    moved = lissom.simulate(
+        robot((times, [(0, 0, 0.0), (0, 0, 0.6)])), 1.0, q0=start, dt=0.1, method="quasi_static"
+    )
+    assert moved.success, moved.message
+    assert_allclose(moved.q[-1], lissom.statics(robot((0, 0, 0.6)), q0=start).q, atol=1e-6)
+
+
+def test_what_nothing_holds_is_said():
+    free = lissom.Robot([lissom.Link("stone", joint=lissom.Free(), body=lissom.Body(mass=1.0, inertia=np.eye(3)))])
+    motion = lissom.simulate(free, 1.0, dt=0.1, method="quasi_static")
+    assert motion.status == "singular_jacobian"
+    assert "something must hold every part" in motion.message
+
+
+def test_scenes_and_names_are_the_same():
+    robot = lissom.Rod([rod()], loads=[lissom.Load(force=(0, 0, 0.05))])
+    scene = robot.to_scene(t_end=1.0, method="quasi_static", dt=0.5)
+    by_scene = scene.simulate()
+    by_name = lissom.simulate(scene.model, 1.0, dt=0.5, method="quasi_static")
+    assert_array_equal(by_scene.q, by_name.q)
+
+
+def test_what_has_no_meaning_without_inertia_is_refused():
+    with pytest.raises(ValueError, match="v0: .*without inertia"):
+        lissom.simulate(crank(1.0), 1.0, v0=[1.0], dt=0.1, method="quasi_static")
+    with pytest.raises(ValueError, match="rho_inf"):
+        lissom.simulate(crank(1.0), 1.0, dt=0.1, method="quasi_static", rho_inf=0.5)
+    with pytest.raises(ValueError, match="method"):
+        lissom.sensitivity(crank(1.0), 1.0, ["q0"], dt=0.1, method="quasi_static")
