@@ -60,6 +60,10 @@ pub trait Excitation: InTime {
         }
     }
 
+    /// From now on, velocities of prescribed motions are their means over so many seconds up to a time, without accelerations, as are those
+    /// of coordinates in steps without inertia; zero for those at that time.
+    fn mean_rates_over(&mut self, seconds: f64);
+
     /// From now on, loads are those of earlier times by `lag` seconds, and everything else as before. False if no load varies in
     /// time.
     fn lag_loads(&mut self, lag: f64) -> bool;

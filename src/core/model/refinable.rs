@@ -42,6 +42,12 @@ pub trait Refinable: Dynamics {
     where
         Self: Sized;
 
+    /// The same system and coordinates with so many times the inertia under the same forces, weight among them; `None` if it cannot be
+    /// told.
+    fn with_inertia_times(&self, factor: f64) -> Option<Self>
+    where
+        Self: Sized;
+
     /// The strains that the finite number of modes leaves out of a shape at rest, by the balance of the forces in that shape;
     /// joints and forces stay as they are. Strains without modes are none of them. `None` for a system without rods.
     /// Costs little more than an evaluation of the forces. Allocates.

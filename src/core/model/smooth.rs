@@ -66,6 +66,8 @@ impl<M: Smooth + InTime> Excitation for M {
 
     fn pass_jump(&mut self, _t: f64) {}
 
+    fn mean_rates_over(&mut self, _seconds: f64) {}
+
     fn lag_loads(&mut self, _lag: f64) -> bool {
         false
     }
@@ -243,6 +245,10 @@ impl<M: Smooth> Refinable for M {
     }
 
     fn with_modes(&self, _modes: &[usize]) -> Option<Self> {
+        None
+    }
+
+    fn with_inertia_times(&self, _factor: f64) -> Option<Self> {
         None
     }
 

@@ -320,7 +320,7 @@ impl Unilateral {
     }
 
     /// The shape has snapped to another one in the step to this time.
-    pub(super) fn note_snap(&mut self, t: f64) {
+    pub(crate) fn note_snap(&mut self, t: f64) {
         if self.snaps == 0 {
             self.first_snap = t;
         }
@@ -334,7 +334,7 @@ impl Unilateral {
             let steps = if steps == 1 { "one step".to_owned() } else { format!("{steps} steps") };
             return Some(format!(
                 "In {steps}, first in the one to t = {first}, no equilibrium is near: what sticks lets go, or a shape snaps to another \
-                 one. Such steps are made with inertia and lose its energy. Where that decides what follows, use another method."
+                 one. Such steps lose the energy of that. Where it decides what follows, use a method with inertia."
             ));
         }
         self.impacts.doubt(dt, remedy)

@@ -29,6 +29,10 @@ pub struct Scheme {
     has_inertia: bool,
 }
 
+/// Motions without inertia are those of models with so many times the inertia, so that what is left of it (Coriolis and centrifugal forces of slow
+/// velocities) is lost in rounding. Where a shape snaps, accelerations count as many times more.
+pub(crate) const SLOWED: f64 = 1e-10;
+
 /// Largest useful beta and gamma: those of the backward difference (Zienkiewicz 1977), the most damping member.
 const LARGEST_BETA: f64 = 1.0;
 const LARGEST_GAMMA: f64 = 1.5;

@@ -7,15 +7,15 @@ use crate::numerics::linalg::with_size;
 #[derive(Clone, Debug)]
 pub(super) struct Trial<V> {
     pub(super) t: f64,
-    /// Derivatives of q, v and a with respect to a; the last one is 1, or 0 where inertia is left out.
+    /// Derivatives of q, v and what the forces take for a with respect to a; the last one is 1 but for motions without inertia.
     pub(super) weights: [f64; 3],
     pub(super) q_base: V,
     pub(super) v_base: V,
     pub(super) q: V,
     pub(super) v: V,
     pub(super) a: V,
-    /// Where inertia is left out: zeros, and the multipliers of constraints behind them.
-    still: V,
+    /// What the forces take for the accelerations where that is a multiple of them; multipliers of constraints stand behind.
+    scaled: V,
 }
 
 impl<V: Numbers> Trial<V> {
@@ -28,20 +28,20 @@ impl<V: Numbers> Trial<V> {
             q: V::zeros(n),
             v: V::zeros(n),
             a: V::zeros(n),
-            still: V::zeros(n),
+            scaled: V::zeros(n),
         }
     }
 
     /// Makes room for as many unknowns.
     pub(super) fn lengthen(&mut self, unknowns: usize) {
         self.a.lengthen(unknowns);
-        self.still.lengthen(unknowns);
+        self.scaled.lengthen(unknowns);
     }
 
     /// The accelerations, with multipliers behind them, that the forces are those of.
     #[inline(always)]
     pub(super) fn accelerations(&self) -> &[f64] {
-        if self.weights[2] != 0.0 { &self.a } else { &self.still }
+        if self.weights[2] == 1.0 { &self.a } else { &self.scaled }
     }
 
     /// Takes `a` as the accelerations.
@@ -57,12 +57,12 @@ impl<V: Numbers> Trial<V> {
     }
 
     fn update(&mut self) {
-        let Self { weights: [of_q, of_v, of_a], q_base, v_base, q, v, a, still, .. } = self;
+        let Self { weights: [of_q, of_v, of_a], q_base, v_base, q, v, a, scaled, .. } = self;
         with_size!(combine(q.len(), q, q_base, *of_q, a));
         with_size!(combine(v.len(), v, v_base, *of_v, a));
-        if *of_a == 0.0 {
-            let n = q.len();
-            still[n..].copy_from_slice(&a[n..]);
+        if *of_a != 1.0 {
+            scaled.copy_from_slice(a);
+            scaled[..q.len()].iter_mut().for_each(|a| *a *= *of_a);
         }
     }
 }

@@ -53,9 +53,6 @@ impl<M: Model> Integrator<M> {
                 if model.facts().constraints() > 0 {
                     check_holding(options)?;
                 }
-                if !options.scheme.has_inertia() {
-                    check_at_rest(&model, v0)?;
-                }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
                 Self::Newmark { model, stepper: Box::new(stepper), before: None }
@@ -477,8 +474,8 @@ fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     check.finish()
 }
 
-/// Refuses what has no meaning without inertia.
-fn check_at_rest<M: Model>(model: &M, v0: &[f64]) -> Result<(), InvalidInput> {
+/// The model whose motions without inertia are computed; refuses what has no meaning there.
+pub(super) fn without_inertia<M: Model>(model: M, v0: &[f64]) -> Result<M, InvalidInput> {
     let mut check = Checker::new();
     let fastest = v0.iter().copied().fold(0.0, |most: f64, v| most.max(v.abs()));
     let expected = "none: without inertia velocities are those of the shapes, which inputs, loads and prescribed motions move";
@@ -486,7 +483,12 @@ fn check_at_rest<M: Model>(model: &M, v0: &[f64]) -> Result<(), InvalidInput> {
     let expected = "another method, or tendons with a `stiffness`";
     let found = "without inertia, of a robot with tendons that do not stretch";
     check.require(!model.facts().is_one_sided, "method", found, expected);
-    check.finish()
+    let slowed = model.with_inertia_times(newmark::SLOWED);
+    let expected =
+        "a robot or rod of lissom: other models have no description from which inertia could be left out";
+    check.require(slowed.is_some(), "method", "without inertia, of another model", expected);
+    check.finish()?;
+    Ok(slowed.expect("it was checked"))
 }
 
 /// An impact goes on as long as it would in steps so many times as long.

@@ -57,6 +57,11 @@ impl Method {
         }
     }
 
+    /// Whether accelerations act.
+    pub(crate) fn has_inertia(&self) -> bool {
+        !matches!(self, Self::Newmark(options) if !options.scheme.has_inertia())
+    }
+
     /// Whether steps of fixed size that stop an impact of a model with these facts are made once more.
     pub(crate) fn resolves_impacts(&self, facts: &Facts) -> bool {
         self.fixed_step().is_some()

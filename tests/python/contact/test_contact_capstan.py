@@ -87,3 +87,14 @@ def test_without_friction_a_drum_has_no_torque():
     assert_allclose(torque, torque[0], rtol=1e-9)
     assert_allclose(torque, -LOAD * BEND, rtol=1e-2)
     assert_allclose(robot.contact_forces(q, rest, t=0.0)[3:], [2 * LOAD, 0, 0], atol=1e-2 * LOAD)
+
+
+def test_slow_motions_without_inertia_have_the_same_tension():
+    robot, q0 = cable(0.3, -SPEED)
+    result = lissom.simulate(robot, 0.1, dt=1e-2, q0=q0, method="quasi_static")
+    assert result.success, result.message
+    state = result.q[-1], result.v[-1], result.a[-1]
+    torque, angle = torques(robot, state, 0.1 + ARC * np.array([0.25, 0.75]), result.t[-1])
+    bending = YOUNG * np.pi / 4 * RADIUS**4 / BEND
+    grows = np.diff(np.log(np.abs(torque + bending))) / np.diff(angle)
+    assert_allclose(grows, -exponent(0.3), rtol=2e-3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy.optimize import brentq
 
 import lissom
 
@@ -26,7 +27,8 @@ def test_without_damping_every_step_ends_in_the_equilibrium():
     for t, q in zip(motion.t[1:], motion.q[1:], strict=True):
         rest = lissom.statics(lissom.Rod([rod()], loads=[lissom.Load(force=(0.0, 0.02 * t, -0.05 * t))]))
         assert_allclose(q, rest.q, rtol=1e-7, atol=1e-9)
-    assert_allclose(np.diff(motion.q, axis=0) / 0.25, motion.v[1:], atol=1e-12)
+    # The first step leads from the start to the equilibrium, in parts.
+    assert_allclose((np.diff(motion.q, axis=0) / 0.25)[1:], motion.v[2:], atol=1e-12)
 
 
 def test_one_step_is_enough_without_damping_and_friction():
@@ -89,30 +91,34 @@ def test_what_is_dragged_sticks_slides_and_goes_back_by_another_way(dt):
         assert -STIFFNESS * q[1] == pytest.approx(force, abs=2e-2 * most)
 
 
-def test_static_friction_lets_go_and_catches_again():
+def test_static_friction_lets_go():
     robot = dragged(
         [np.array([0.0, 4.0]), np.array([0.0, 4 * SPEED])], static_friction=0.6, stribeck_velocity=1e-3
     )
-    motion = lissom.simulate(robot, 4.0, q0=[-WEIGHT / 1e6, 0.0], dt=5e-3, method="quasi_static")
+    with pytest.warns(lissom.AccuracyWarning, match="what sticks lets go"):
+        motion = lissom.simulate(robot, 4.0, q0=[-WEIGHT / 1e6, 0.0], dt=5e-3, method="quasi_static")
     assert motion.success, motion.message
     force = -STIFFNESS * motion.q[:, 1]
     assert force.max() == pytest.approx(0.6 * WEIGHT, rel=2e-2)
-    # Without inertia it slides until the spring has lost what kinetic friction does not carry.
+    # Then it slides until the spring has lost what kinetic friction does not carry, and goes on with the driver.
     drops = np.flatnonzero(np.diff(force) < -0.1 * WEIGHT)
-    assert len(drops) >= 3
-    assert force[drops + 1].max() < 0.5 * WEIGHT
+    assert len(drops) == 1
+    assert_allclose(force[drops[0] + 2 :], 0.4 * WEIGHT, rtol=1e-2)
 
 
 def test_motions_are_those_with_inertia_where_these_are_slow():
-    ramp = [np.array([0.0, 2.0]), np.array([0.0, 2 * SPEED])]
-    slow = lissom.simulate(dragged(ramp), 2.0, q0=[-WEIGHT / 1e6, 0.0], dt=1e-2, method="quasi_static")
-    full = lissom.simulate(dragged(ramp), 2.0, q0=[-WEIGHT / 1e6, 0.0], dt=1e-3)
-    assert slow.q[-1] == pytest.approx(full.q[-1], rel=1e-2, abs=1e-6)
+    ramp = [np.array([0.0, 20.0]), np.array([0.0, SPEED])]
+    start = [-WEIGHT / 1e6, 0.0]
+    slow = lissom.simulate(dragged(ramp), 20.0, q0=start, dt=0.1, method="quasi_static")
+    full = lissom.simulate(dragged(ramp), 20.0, q0=start, dt=5e-3)
+    assert -STIFFNESS * slow.q[-1, 1] == pytest.approx(0.4 * WEIGHT, rel=1e-4)
+    at = np.searchsorted(full.t, slow.t)
+    assert_allclose(full.q[at, 1], slow.q[:, 1], atol=1e-2 * SPEED)
 
 
 def test_closed_loops_are_held():
     def robot(force):
-        joint = lissom.Revolute((0, 1, 0), stiffness=0.5)
+        joint = lissom.Revolute((0, 1, 0), stiffness=0.5, rest=-1.3)
         bars = [
             lissom.Link("a", joint=joint, body=lissom.Body(mass=0.1, centre=(0.2, 0, 0), inertia=1e-3 * np.eye(3))),
             lissom.Link(
@@ -123,30 +129,63 @@ def test_closed_loops_are_held():
             ),
         ]
         tie = lissom.Loop(
-            lissom.LoopEnd("b", position=(0.3, 0, 0)), lissom.LoopEnd("c", position=(0.4, 0, 0)), "pin"
+            lissom.LoopEnd("b", position=(0.3, 0, 0)),
+            lissom.LoopEnd("c", position=(0.4, 0, 0)),
+            lissom.Revolute((0, 1, 0)),
         )
         return lissom.Robot(bars, gravity=(0, 0, 0), loops=[tie], loads=[lissom.Load(force=force, link="a")])
 
-    start = lissom.statics(robot((0, 0, 0.0))).q
+    start = lissom.statics(robot((0, 0, 0.0)), q0=[-1.3, 1.3, -1.3]).q
     times = np.array([0.0, 1.0])
     moved = lissom.simulate(
-        robot((times, [(0, 0, 0.0), (0, 0, 0.6)])), 1.0, q0=start, dt=0.1, method="quasi_static"
+        robot((times, [(0, 0, 0.0), (0.6, 0, 0)])), 1.0, q0=start, dt=0.1, method="quasi_static"
     )
     assert moved.success, moved.message
-    assert_allclose(moved.q[-1], lissom.statics(robot((0, 0, 0.6)), q0=start).q, atol=1e-6)
+    assert_allclose(moved.q[-1], lissom.statics(robot((0.6, 0, 0)), q0=start).q, atol=1e-6)
+
+
+def test_what_snaps_goes_over_to_the_next_equilibrium():
+    # An upright mass on a torsion spring that is too soft to hold it, and a force that pushes it over.
+    stiffness, mass, length = 3.0, 1.0, 0.5
+    joint = lissom.Revolute((0, 1, 0), stiffness=stiffness)
+    rocker = lissom.Link("rocker", joint=joint)
+    head = lissom.Link("head", parent="rocker", position=(0, 0, length), body=lissom.Body(mass=mass))
+    push = lissom.Load(force=([0.0, 1.0], [(0, 0, 0), (4.0, 0, 0)]), link="head")
+
+    def moment(angle, force):
+        return (
+            stiffness * angle
+            - mass * 9.80665 * length * np.sin(angle)
+            - force * length * np.cos(angle)
+        )
+
+    left = brentq(moment, -3.0, -0.3, args=(0.0,))
+    robot = lissom.Robot([rocker, head], loads=[push])
+    with pytest.warns(lissom.AccuracyWarning, match="no equilibrium is near"):
+        motion = lissom.simulate(robot, 1.0, q0=[left], dt=0.01, method="quasi_static")
+    assert motion.success, motion.message
+    # The branch ends where the moment has a minimum of zero between two angles.
+    angles = np.linspace(left, 0.0, 20001)
+    forces = moment(angles, 0.0) / (length * np.cos(angles))
+    snap = forces.max() / 4.0
+    before, after = motion.t < snap - 0.011, motion.t > snap + 0.011
+    assert before.sum() > 10 and after.sum() > 10
+    assert motion.q[before, 0].max() < 0 < motion.q[after, 0].min()
+    for t, (angle,) in zip(motion.t[after], motion.q[after], strict=True):
+        assert angle == pytest.approx(brentq(moment, 0.3, 3.0, args=(4.0 * t,)), abs=1e-5)
 
 
 def test_what_nothing_holds_is_said():
     free = lissom.Robot([lissom.Link("stone", joint=lissom.Free(), body=lissom.Body(mass=1.0, inertia=np.eye(3)))])
     motion = lissom.simulate(free, 1.0, dt=0.1, method="quasi_static")
     assert motion.status == "singular_jacobian"
-    assert "something must hold every part" in motion.message
+    assert "Without inertia something must hold every part" in motion.message
 
 
 def test_scenes_and_names_are_the_same():
     robot = lissom.Rod([rod()], loads=[lissom.Load(force=(0, 0, 0.05))])
     scene = robot.to_scene(t_end=1.0, method="quasi_static", dt=0.5)
-    by_scene = scene.simulate()
+    by_scene = scene.run()
     by_name = lissom.simulate(scene.model, 1.0, dt=0.5, method="quasi_static")
     assert_array_equal(by_scene.q, by_name.q)
 

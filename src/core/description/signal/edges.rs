@@ -10,11 +10,13 @@ pub(crate) struct Sight {
     pub(crate) dt: f64,
     /// Time of the jump that was passed last; NaN before.
     pub(crate) passed: f64,
+    /// Seconds up to a time over which rates of prescribed motions are means, without accelerations; zero for those at that time.
+    pub(crate) mean_over: f64,
 }
 
 impl Sight {
     /// Tables as they are.
-    pub(crate) const EXACT: Self = Self { dt: f64::NAN, passed: f64::NAN };
+    pub(crate) const EXACT: Self = Self { dt: f64::NAN, passed: f64::NAN, mean_over: 0.0 };
 }
 
 impl<const N: usize> Table<N> {
@@ -65,7 +67,7 @@ mod tests {
     fn values_jump_at_edges_that_steps_cannot_tell_apart() {
         let pulse = [0.0, 0.3, 0.3 + 1e-12, 0.4, 0.4 + 1e-6].to_vec();
         let table = Table::new(pulse, [0.0, 0.0, 5.0, 5.0, 0.0].map(|x| [x]).to_vec()).unwrap();
-        let seen = |t: f64, dt: f64, passed: f64| table.seen(t, Sight { dt, passed })[0];
+        let seen = |t: f64, dt: f64, passed: f64| table.seen(t, Sight { dt, passed, ..Sight::EXACT })[0];
         const NEVER: f64 = f64::NAN;
         assert!(table.has_edges(0.01) && ![1e-5, 0.0, NEVER].map(|dt| table.has_edges(dt)).contains(&true));
         // Both ends of the edge are the same time.

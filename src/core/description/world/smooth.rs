@@ -2,7 +2,7 @@
 
 use super::prescribed::Prescribed;
 use crate::description::signal::{
-    Cell, Harmonic, Interpolation, Jumps, Motion, Pieces, Signal, Spline, Table,
+    Cell, Harmonic, Interpolation, Jumps, Motion, Pieces, Sight, Signal, Spline, Table,
 };
 use crate::error::{Checker, Interrupted};
 
@@ -106,8 +106,18 @@ impl<const N: usize> Smooth<N> {
     }
 
     /// Value and first two derivatives. Where the velocity jumps, that before the jump, unless `t` is the time
-    /// that was `passed`: a jump, or the start of the run.
-    pub(crate) fn motion(&self, t: f64, passed: f64) -> Result<Motion<N>, Interrupted> {
+    /// that was passed: a jump, or the start of the run.
+    pub(crate) fn motion(&self, t: f64, sight: Sight) -> Result<Motion<N>, Interrupted> {
+        let [value, rate, acceleration] = self.at(t, sight.passed)?;
+        if sight.mean_over == 0.0 {
+            return Ok([value, rate, acceleration]);
+        }
+        let [before, ..] = self.at(t - sight.mean_over, sight.passed)?;
+        let mean = std::array::from_fn(|i| (value[i] - before[i]) / sight.mean_over);
+        Ok([value, mean, [0.0; N]])
+    }
+
+    fn at(&self, t: f64, passed: f64) -> Result<Motion<N>, Interrupted> {
         match self {
             Self::Constant(value) => Ok([*value, [0.0; N], [0.0; N]]),
             Self::Harmonic(harmonic) => Ok(harmonic.motion(t)),

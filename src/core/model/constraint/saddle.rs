@@ -4,6 +4,9 @@ use super::{Independent, inverse_length};
 use crate::model::{SingularMass, Static};
 use crate::numerics::linalg::{Lu, Matrix, Singular, thin_svd};
 
+/// Without inertia coordinates that only constraints hold have nothing on the diagonal, but for rounding; they count as the largest.
+const NOTHING: f64 = 1e-14;
+
 /// A tangent S and constraints G with the factors of both together, and memory for repeated use.
 #[derive(Clone, Debug)]
 pub struct Saddle {
@@ -31,7 +34,10 @@ impl Saddle {
     /// Factorises them, without the rows that others determine. Cost: 2/3 (n + m)^3 flops.
     pub fn factorise(&mut self) -> Result<(), Singular> {
         let Self { tangent, constraints, independent, bordered, lu } = self;
-        independent.find(constraints, |k| tangent[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip());
+        let largest = (0..tangent.nrows()).map(|k| tangent[(k, k)].abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let scale =
+            |k: usize| Some(tangent[(k, k)].abs()).filter(|x| *x > NOTHING * largest).unwrap_or(largest);
+        independent.find(constraints, |k| scale(k).sqrt().recip());
         border(tangent, constraints, independent, bordered);
         lu.factorise(bordered)
     }

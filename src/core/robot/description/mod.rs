@@ -6,6 +6,7 @@ mod carriers;
 pub mod described;
 mod driven;
 mod given;
+mod inertia;
 mod link;
 mod mimic;
 mod named;

@@ -34,7 +34,7 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
     work.time = f64::NAN;
     work.motion_is_known = false;
     if let Some(motion) = &plan.world.motion {
-        move_base(plan, work, motion.at(t, work.sight.passed)?);
+        move_base(plan, work, motion.at(t, work.sight)?);
     }
     command(plan, work, t, |_| true)?;
     work.time = t;
@@ -57,7 +57,8 @@ pub(crate) fn set_in_jump<G: Turning>(
     set(plan, work, t)?;
     work.time = f64::NAN;
     if let Some(motion) = &plan.world.motion {
-        let [before, after] = [motion.at(t, f64::NAN)?, motion.at(t, t)?];
+        let [before, after] = [f64::NAN, t].map(|passed| motion.at(t, Sight { passed, ..Sight::EXACT }));
+        let (before, after) = (before?, after?);
         let acceleration = before.acceleration + (after.velocity - before.velocity);
         let angular_acceleration =
             before.angular_acceleration + (after.angular_velocity - before.angular_velocity);
@@ -74,9 +75,14 @@ pub(crate) fn pass_jump<G: Turning>(work: &mut Workspace<G>, t: f64) {
 
 /// From now on, tables are seen in steps of the size `dt`, as in [`Sight`].
 pub(crate) fn set_steps<G: Turning>(work: &mut Workspace<G>, dt: f64) {
-    work.sight = Sight { dt, passed: f64::NAN };
+    work.sight = Sight { dt, ..Sight::EXACT };
     work.time = f64::NAN;
     work.motion_is_known = false;
+}
+
+/// From now on, velocities of the base are means over so many seconds; see [`Sight`].
+pub(crate) fn mean_rates_over<G: Turning>(work: &mut Workspace<G>, seconds: f64) {
+    (work.sight.mean_over, work.time) = (seconds, f64::NAN);
 }
 
 /// From now on, loads are those of earlier times by `lag` seconds.

@@ -83,6 +83,10 @@ impl Refinable for RobotModel {
         (finer != *self.robot).then(|| Self::new(&finer).ok()).flatten()
     }
 
+    fn with_inertia_times(&self, factor: f64) -> Option<Self> {
+        Self::new(&self.robot.with_inertia_times(factor)).ok()
+    }
+
     fn missing_strain(&mut self, q: &[f64]) -> Option<MissingStrain> {
         if !self.facts.is_discretised {
             return None;

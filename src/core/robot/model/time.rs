@@ -75,6 +75,12 @@ impl Excitation for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
     }
 
+    fn mean_rates_over(&mut self, seconds: f64) {
+        self.noted.forget();
+        self.coordinates.mean_rates_over(seconds);
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.mean_rates_over(seconds));
+    }
+
     fn lag_loads(&mut self, lag: f64) -> bool {
         self.noted.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.lag_loads(lag))

@@ -31,6 +31,13 @@ impl<G: Turning> Sweeps<G> {
         time::pass_jump(&mut self.work, t);
     }
 
+    /// From now on, velocities of the base are means over so many seconds.
+    pub(crate) fn mean_rates_over(&mut self, seconds: f64) {
+        if self.plan.world.motion.is_some() {
+            time::mean_rates_over(&mut self.work, seconds);
+        }
+    }
+
     /// From now on, loads are those of earlier times by `lag` seconds; false if none varies in time.
     pub(crate) fn lag_loads(&mut self, lag: f64) -> bool {
         let vary = self.plan.effects.loads.iter().any(|load| load.varies_in_time);

@@ -3,7 +3,7 @@
 use super::super::error_estimate::LARGEST_FACTOR;
 use super::super::numbers::Numbers;
 use super::super::options::Predictor;
-use super::super::scheme::{Step, memory, stretch};
+use super::super::scheme::{SLOWED, Step, memory, stretch};
 use super::super::trial::Trial;
 use super::{Guess, Lengths, StepperOf};
 use crate::error::Interrupted;
@@ -15,6 +15,10 @@ use crate::model::{Excitation, OneSided};
 /// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
 /// tendon is told jumps at its end, before which a function's rate tells nothing, or within it.
 const SWIFT: f64 = 10.0;
+
+/// A step without inertia that moves a coordinate by more than this part of its size, and this many times as fast as those beside it, has snapped.
+const SNAPPED: f64 = 1e-2;
+const SPIKE: f64 = 10.0;
 
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
@@ -66,6 +70,8 @@ impl<V: Numbers> StepperOf<V> {
 
     /// The same without inertia: the velocity at the end is the change of the shape over the step, and accelerations are none.
     fn attempt_without_inertia<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
+        // What is prescribed moves with what moves by it: the rates of both are those of the step.
+        model_of(system).mean_rates_over(h);
         let trial = &mut self.trial;
         trial.t = t_new;
         self.size = h;
@@ -101,7 +107,10 @@ impl<V: Numbers> StepperOf<V> {
         trial.t = t_new;
         self.size = h;
         self.forgets = true;
-        trial.weights = [h * h, h, 1.0];
+        if !self.scheme.has_inertia() {
+            model_of(system).mean_rates_over(h);
+        }
+        trial.weights = [h * h, h, if self.scheme.has_inertia() { 1.0 } else { SLOWED.recip() }];
         for i in 0..self.q.len() {
             trial.q_base[i] = self.q[i] + h * self.v[i];
             trial.v_base[i] = self.v[i];
@@ -215,6 +224,18 @@ impl<V: Numbers> StepperOf<V> {
         solved
     }
 
+    /// Without inertia: takes note of a step before the trial that was far faster than those beside it.
+    fn look_for_snap(&mut self, sizes: &[f64]) {
+        let fraction = |(x, size): (&f64, &f64)| if *size > 0.0 { (x / size).abs() } else { x.abs() };
+        let speed = self.trial.v.iter().zip(sizes).map(fraction).fold(0.0, f64::max);
+        let [before, last] = self.speeds;
+        let moved = last * (self.t - self.t_old);
+        if moved > SNAPPED && last > SPIKE * before.max(speed) {
+            self.unilateral.note_snap(self.t);
+        }
+        self.speeds = [last, speed];
+    }
+
     /// The guess that would have been nearest to the accelerations of the step that ends in the trial.
     fn best_guess(&self, h: f64) -> Guess {
         // Before the first step there is nothing to extrapolate from.
@@ -256,6 +277,7 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         if !self.scheme.has_inertia() {
             let n = self.q.len();
             self.trial.a[..n].fill(0.0);
+            self.look_for_snap(&system.facts().typical_coordinates);
         }
         self.rank = self.corrector.rank();
         if self.options.predictor == Predictor::Best {

@@ -97,6 +97,8 @@ struct StepperOf<V> {
     unilateral: Unilateral,
     /// How many constraints held independently of the others in the last step; all before the first one.
     rank: usize,
+    /// Without inertia: the largest speeds in the last two steps, in sizes of coordinates a second.
+    speeds: [f64; 2],
     started: bool,
     status: Option<Status>,
 }
@@ -152,6 +154,7 @@ impl<V: Numbers> StepperOf<V> {
             ends_at: None,
             unilateral: Unilateral::default(),
             rank: 0,
+            speeds: [f64::INFINITY; 2],
             started: false,
             status: None,
             options: options.clone(),
@@ -346,6 +349,7 @@ impl<V: Numbers> StepperOf<V> {
         self.unilateral.serialise(tape);
         if !self.scheme.has_inertia() {
             self.unilateral.serialise_snaps(tape);
+            tape.numbers(&mut self.speeds);
         }
         tape.count(&mut self.rank);
         tape.flag(&mut self.started);

@@ -6,7 +6,7 @@ use super::carried::Carried;
 use super::changes::Changes;
 use super::energy_watch::EnergyWatch;
 use super::growth::Growth;
-use super::integrator::Integrator;
+use super::integrator::{Integrator, without_inertia};
 use super::method::{Method, check_span, check_step};
 use super::resolving::Resolving;
 use super::start::Start;
@@ -86,6 +86,9 @@ impl<M: Model> Run<M> {
         second_order::check_start(n, t_span, q0, v0, dt)?;
         let known = model.facts().time_span;
         check_span(known, t_span)?;
+        if !method.has_inertia() {
+            model = without_inertia(model, v0)?;
+        }
         let start = Start::fitted(&mut model, t_span.0, q0, v0)?;
         let (q0, v0) = (&start.q[..], &start.v[..]);
         model.check_shape(q0, "q0")?;
@@ -106,7 +109,9 @@ impl<M: Model> Run<M> {
         let facts = model.facts();
         let resolves_impacts = method.resolves_impacts(facts);
         let may_resolve = method.fixed_step().is_some() && !facts.is_one_sided;
-        let (scratch, jumps) = (ForwardScratch::of(&model), model.jumps() != Jumps::Nothing);
+        // Without inertia nothing keeps a velocity over a jump.
+        let jumps = method.has_inertia() && model.jumps() != Jumps::Nothing;
+        let scratch = ForwardScratch::of(&model);
         let mut integrator = Integrator::new(model, t_span, q0, v0, method)?;
         let is_one_sided = integrator.model().facts().is_one_sided;
         let changes = is_one_sided.then(|| Box::new(Changes::new(t_span)));

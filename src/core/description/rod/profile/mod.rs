@@ -401,6 +401,21 @@ impl<const N: usize> Profile<N> {
         (!self.is_constant()).then(|| Variation { degree: self.degree(), stations: self.stations() })
     }
 
+    /// The same function times a number.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        let times = |row: &[f64; N]| row.map(|entry| entry * factor);
+        let rows = |rows: &[[f64; N]]| rows.iter().map(times).collect();
+        let kind = match &self.kind {
+            Kind::Constant(value) => Kind::Constant(times(value)),
+            Kind::Linear(ends) => Kind::Linear(ends.each_ref().map(times)),
+            Kind::Table(Table { stations, values, slopes }) => {
+                Kind::Table(Table { stations: stations.clone(), values: rows(values), slopes: rows(slopes) })
+            }
+            Kind::Polynomial(coefficients) => Kind::Polynomial(rows(coefficients)),
+        };
+        Self { kind }
+    }
+
     /// One profile per component.
     pub fn columns(&self) -> [Profile<1>; N] {
         let column =
