@@ -24,6 +24,7 @@ from . import (
     peers,
     rotation,
     rotor,
+    sorosim,
     statics,
     supports,
     turbine,
@@ -48,6 +49,7 @@ CASES: tuple[Case, ...] = (
     *rotor.CASES,
     *turbine.CASES,
     *frame.CASES,
+    *sorosim.CASES,
     *peers.CASES,
 )
 
