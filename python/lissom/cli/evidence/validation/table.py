@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import platform
 from collections.abc import Sequence
 from itertools import groupby
@@ -151,6 +152,9 @@ def verdict(outcomes: Sequence[Outcome]) -> str:
 def markdown(outcomes: Sequence[Outcome]) -> str:
     """The page of the documentation."""
     machine = f"Python {platform.python_version()}, {platform.machine()}"
+    if hasattr(os, "getloadavg"):
+        # Of the last quarter of an hour: how much else ran beside the timed answers.
+        machine += f", load {os.getloadavg()[2]:.1f}"
     parts = [BEFORE.format(version=__version__, machine=machine, verdict=verdict(outcomes))]
     for theme, group in groupby(outcomes, key=lambda outcome: outcome.case.theme):
         members = list(group)
