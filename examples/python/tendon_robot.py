@@ -19,15 +19,39 @@ from scipy.spatial.transform import Rotation
 
 import lissom
 
-DATA = Path(__file__).parents[1] / "data" / "tendon-robot"
-LENGTHS = np.array([0.06, 0.0625, 0.064])  # of the segments, metres
+DATA = Path(__file__).parents[1] / "data"
 SEGMENT = np.repeat([0, 1, 2], 3)  # in which every tendon ends
-REACH = np.cumsum(LENGTHS)[SEGMENT]  # of every tendon, metres
-RADIUS, YOUNG_MODULUS, POISSON_RATIO = 0.5e-3, 50e9, 0.3  # of the wire
-MASS = 0.05 / LENGTHS.sum()  # kilograms per metre; see docs/tendon_robot.md on weight
+RADIUS, POISSON_RATIO, MASS = 0.5e-3, 0.3, 0.05  # of the wire; kilograms: docs/tendon_robot.md on weight
 UP = (0.5**0.5, 0.0, -(0.5**0.5), 0.0)  # takes the wire's x axis to the z axis of the motion capture
 ERROR = 3e-3  # metres that a tip is off by in one direction: what residuals are weighed against
 STILL = 5e-5  # metres: servos that moved less from a row to the next did not change direction
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What the source says of a robot: folder of its data, lengths of segments, Young's modulus, stiffness of
+    its tendons times their length; in metres, pascals, newtons."""
+
+    folder: str
+    lengths: tuple[float, float, float]
+    young: float
+    tendon: float
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Of every tendon, metres."""
+        return np.cumsum(self.lengths)[SEGMENT]
+
+    @property
+    def stretch(self) -> float:
+        """Stiffness of the wire, newtons."""
+        return self.young * np.pi * RADIUS**2
+
+
+ROBOTS = {
+    "v4": Drawn("tendon-robot", (0.06, 0.0625, 0.064), 50e9, 7000.0),
+    "v6": Drawn("tendon-robot-v6", (0.1, 0.1, 0.022), 10e9, 3000.0),
+}
 
 
 @dataclass(frozen=True)
@@ -50,14 +74,14 @@ UNKNOWNS = (
     Unknown("curvature", (0.0,) * 6, 1.0, "1/m"),  # of the wire at rest, about y and z of every segment
     Unknown("stiffening", (0.0,) * 2, 0.3, ""),  # logarithm of outer segments' stiffness over the first one's
     Unknown("turn", (0.0,) * 3, 0.2, "rad"),  # of the robot in the motion capture, a rotation vector
-    Unknown("tendon", (np.log(7000 * 0.1),), 1.0, "log N"),  # stiffness times length
-    Unknown("stretch", (np.log(YOUNG_MODULUS * np.pi * RADIUS**2),), 1.5, "log N"),  # of the wire
+    Unknown("tendon", (0.0,), 1.0, "log N"),  # stiffness times length, over a tenth of the source's
+    Unknown("stretch", (0.0,), 1.5, "log N"),  # of the wire, over that of the drawings
     Unknown("friction", (0.2,), 0.2, ""),  # coefficient along the tendons
     Unknown("drag", (0.0,), 0.2e-3, "m"),  # what friction in the base takes of a displacement
 )
 #: What a model without it has instead: tendons as stiff as in the source of the data, no friction.
 WITHOUT = {
-    "elongation": {"tendon": (np.log(7000.0),), "stretch": (np.log(YOUNG_MODULUS * np.pi * RADIUS**2),)},
+    "elongation": {"tendon": (np.log(10.0),), "stretch": (0.0,)},
     "friction": {"friction": (0.0,), "drag": (0.0,)},
 }
 
@@ -78,11 +102,11 @@ class Recording:
         return len(self.tip)
 
 
-def recordings() -> tuple[Recording, Recording]:
+def recordings(drawn=ROBOTS["v4"]) -> tuple[Recording, Recording]:
     """For identification, and for validation."""
     rows, sizes = [], []
     for name in ("train", "val"):
-        with (DATA / f"{name}.csv").open(encoding="utf-8") as file:
+        with (DATA / drawn.folder / f"{name}.csv").open(encoding="utf-8") as file:
             rows += list(csv.reader(file))[1:]
         sizes.append(len(rows) - sum(sizes))
     values = 1e-3 * np.array([row[2:] for row in rows], float)
@@ -97,8 +121,9 @@ def recordings() -> tuple[Recording, Recording]:
 class Model:
     """A robot as a function of the unknowns; `fixed` holds those that are not sought."""
 
-    def __init__(self, angles, fixed=None):
+    def __init__(self, angles, fixed=None, drawn=ROBOTS["v4"]):
         self.angles = angles
+        self.drawn = drawn
         self.fixed = {} if fixed is None else fixed
         self.sought = [unknown for unknown in UNKNOWNS if unknown.name not in self.fixed]
         self.start = np.concatenate([unknown.start for unknown in self.sought])
@@ -111,46 +136,55 @@ class Model:
         found = {unknown.name: part for unknown, part in zip(self.sought, parts, strict=True)}
         return found | {name: np.asarray(value) for name, value in self.fixed.items()}
 
+    def tendon(self, x) -> float:
+        """Stiffness of the tendons times their length, newtons."""
+        return 0.1 * self.drawn.tendon * float(np.exp(self.named(x)["tendon"][0]))
+
     def robot(self, x) -> lissom.Robot:
         """Inputs are the lengths of the tendons, each followed by the direction in which it slides."""
         p = self.named(x)
-        bending = YOUNG_MODULUS * np.pi * RADIUS**4 / 4 * np.exp([0.0, *p["stiffening"]])
-        stretch = float(np.exp(p["stretch"][0]))
+        bending = self.drawn.young * np.pi * RADIUS**4 / 4 * np.exp([0.0, *p["stiffening"]])
+        stretch = self.drawn.stretch * float(np.exp(p["stretch"][0]))
         shear = stretch / (2 * (1 + POISSON_RATIO))
+        lengths = self.drawn.lengths
+        mass = MASS / sum(lengths)
         segments = [
             lissom.Segment(
                 length,
                 section=lissom.Section.given(
-                    (EI / (1 + POISSON_RATIO), EI, EI, stretch, shear, shear), MASS, (1e-9, 5e-10, 5e-10)
+                    (EI / (1 + POISSON_RATIO), EI, EI, stretch, shear, shear), mass, (1e-9, 5e-10, 5e-10)
                 ),
                 modes={"bend_y": 2, "bend_z": 2, "stretch": 1},
                 reference_strain=(0, *curvature, 1, 0, 0),
             )
-            for length, EI, curvature in zip(LENGTHS, bending, p["curvature"].reshape(3, 2), strict=True)
+            for length, EI, curvature in zip(
+                self.drawn.lengths, bending, p["curvature"].reshape(3, 2), strict=True
+            )
         ]
-        tendons = [self._tendon(p, i) for i in range(9)]
+        tendons = [self._tendon(x, i) for i in range(9)]
         wire = lissom.Link("wire", rod=segments, orientation=UP)
         return lissom.Robot([wire], actuators=tendons, gravity=(0, 0, 0))
 
-    def _tendon(self, p, i) -> lissom.Tendon:
+    def _tendon(self, x, i) -> lissom.Tendon:
+        p, reach = self.named(x), self.drawn.reach
         angle, distance = self.angles[i] + p["angle"][i], p["distance"][SEGMENT[i]]
         place = (distance * np.cos(angle), distance * np.sin(angle))
         return lissom.Tendon(
             f"tendon {i}",
-            [lissom.Along("wire", place, (0.0, REACH[i]))],
-            length=lissom.Input(f"length {i}", REACH[i]),
-            stiffness=np.exp(p["tendon"][0]) / REACH[i],
-            friction=p["friction"][0],
+            [lissom.Along("wire", place, (0.0, reach[i]))],
+            length=lissom.Input(f"length {i}", reach[i]),
+            stiffness=self.tendon(x) / reach[i],
+            friction=abs(p["friction"][0]),  # the search may try negative ones
             sliding=lissom.Input(f"sliding {i}"),
         )
 
     def inputs(self, x, recording) -> np.ndarray:
         """u of every row, (m, 18)."""
-        p = self.named(x)
-        tightened = p["pretension"][SEGMENT] * REACH / np.exp(p["tendon"][0])
+        p, reach = self.named(x), self.drawn.reach
+        tightened = p["pretension"][SEGMENT] * reach / self.tendon(x)
         pulled = recording.pulled + p["offset"] - p["drag"] * recording.sliding
         u = np.empty((len(recording), 18))
-        u[:, 0::2], u[:, 1::2] = REACH - tightened - pulled, recording.sliding
+        u[:, 0::2], u[:, 1::2] = reach - tightened - pulled, recording.sliding
         return u
 
     def tips(self, x, robot, q) -> np.ndarray:
@@ -175,14 +209,14 @@ def angles_of_pulls(recording) -> np.ndarray:
 
 
 def equilibria(robot, u, q=None) -> np.ndarray:
-    """Of every row, (m, n): each from the one before, or from those in `q`."""
+    """Of every row, (m, n): each from the one before, or from those in `q`. RuntimeError if there is none."""
     shapes, shape = np.empty((len(u), robot.n)), None
     for i, row in enumerate(u):
         found = lissom.statics(robot, shape if q is None else q[i], u=row)
         if not found.success:  # tendons that hardly stretch, and which are slack where the search begins
             found = lissom.statics(robot, u=row)
         if not found.success:
-            raise SystemExit(f"row {i}: {found.message}")
+            raise RuntimeError(f"row {i}: {found.message}")
         shapes[i] = shape = found.q
     return shapes
 
@@ -255,9 +289,11 @@ def main() -> None:
     """Identify on every third row, and say how far the tips are off on all of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--all", action="store_true", help="also without friction, without elongation")
+    parser.add_argument("--robot", choices=ROBOTS, default="v4")
     parser.add_argument("--plot", help="picture of the paths of the tip")
     arguments = parser.parse_args()
-    training, validation = recordings()
+    drawn = ROBOTS[arguments.robot]
+    training, validation = recordings(drawn)
     angles = angles_of_pulls(training)
     print("tendons at", *np.rad2deg(angles).round().astype(int), "degrees around the wire")
     print(f"rows of the same displacements differ by {repeatability(training) * 1e3:.1f} mm")
@@ -267,8 +303,13 @@ def main() -> None:
     print("with                      training  validation")
     for variant in variants:
         left_out = [values for name, values in WITHOUT.items() if name not in variant]
-        model = Model(angles, {name: value for values in left_out for name, value in values.items()})
-        x = identify(model, training[::3])
+        fixed = {name: value for values in left_out for name, value in values.items()}
+        model = Model(angles, fixed, drawn)
+        try:
+            x = identify(model, training[::3])
+        except RuntimeError as failure:  # tendons that hardly stretch ask for shapes that there are not
+            print(f"{' and '.join(variant) or 'neither':24} {failure}")
+            continue
         errors = [error(model, x, recording) * 1e3 for recording in (training, validation)]
         print(f"{' and '.join(variant) or 'neither':24} {errors[0]:6.2f} mm  {errors[1]:7.2f} mm")
     named = model.named(x)

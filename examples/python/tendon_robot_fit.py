@@ -9,12 +9,10 @@ import argparse
 
 import numpy as np
 from tendon_robot import (
-    LENGTHS,
     POISSON_RATIO,
     RADIUS,
-    REACH,
+    ROBOTS,
     UP,
-    YOUNG_MODULUS,
     Recording,
     angles_of_pulls,
     equilibria,
@@ -23,6 +21,8 @@ from tendon_robot import (
 
 import lissom
 
+DRAWN = ROBOTS["v4"]
+REACH = DRAWN.reach
 DISTANCE = 4.5e-3  # of the tendons from the wire, by the drawings, metres
 PRETENSION = 1.0  # newtons
 STIFFNESS = 700.0  # of the tendons, times their lengths, newtons
@@ -34,12 +34,12 @@ def robot(angles) -> lissom.Robot:
         lissom.Segment(
             length,
             RADIUS,
-            YOUNG_MODULUS,
+            DRAWN.young,
             poisson_ratio=POISSON_RATIO,
             density=7800.0,
             modes={"bend_y": 2, "bend_z": 2},
         )
-        for length in LENGTHS
+        for length in DRAWN.lengths
     ]
     tendons = [
         lissom.Tendon(
@@ -74,7 +74,7 @@ def main() -> None:
     arguments = parser.parse_args()
     training, validation = recordings()
     drawn = robot(angles_of_pulls(training))
-    sought = {f"link[0].rod.segment[{i}].young_modulus": (5e9, YOUNG_MODULUS, 2e11) for i in range(3)}
+    sought = {f"link[0].rod.segment[{i}].young_modulus": (5e9, DRAWN.young, 2e11) for i in range(3)}
     for i, tendon in enumerate(drawn.actuators):
         for k, place in enumerate(tendon.path[0].offset):
             sought[f"actuators[{i}].path[0].offset[{k}]"] = (-0.01, place, 0.01)

@@ -1,7 +1,8 @@
 """The public benchmark `cosseratbench` with lissom and the other solvers that it knows, in one sitting.
 
     pip install 'lissom[cosseratbench]' 'cosseratbench[all]'
-    python benches/python/peers/cosseratbench_runs.py [--solver NAME] [--experiment NAME] [--limit SECONDS]
+    python benches/python/peers/cosseratbench_runs.py [--solver NAME] [--experiment NAME] [--ordinary]
+        [--limit SECONDS]
 
 Runs every experiment in its ordinary case, and lissom in all variants that the benchmark defines, one after
 the other, each in a process of its own that is ended after the limit. Writes the tables of DIR/peers.md (DIR
@@ -85,12 +86,12 @@ def one(task: Row) -> Row:
     return result.summary() | more
 
 
-def tasks(solvers: list[str], experiments: list[str], limit: float) -> list[Row]:
+def tasks(solvers: list[str], experiments: list[str], limit: float, with_variants: bool) -> list[Row]:
     """The ordinary cases for all solvers, then the variants for lissom."""
     from cosseratbench import registry, variations
 
     found = []
-    for variants in (False, True):
+    for variants in (False, True)[: 1 + with_variants]:
         for name in experiments or registry.names(registry.EXPERIMENTS):
             experiment = registry.load_experiment(name)
             for variant in variations.variants(experiment, ["all"]):
@@ -157,6 +158,7 @@ def main() -> None:
     parser.add_argument("--solver", action="append", choices=SOLVERS)
     parser.add_argument("--experiment", action="append")
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for a run")
+    parser.add_argument("--ordinary", action="store_true", help="no variants")
     parser.add_argument("--tables", action="store_true", help="only write the tables of the known runs")
     parser.add_argument("--fresh", action="store_true", help="repeat all runs")
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "docs", metavar="DIR")
@@ -169,7 +171,11 @@ def main() -> None:
     kept = [] if options.fresh or not RESULTS.exists() else json.loads(RESULTS.read_text())["rows"]
     known = {(row["experiment"], row["variant"], row["solver"]): row for row in kept}
     RESULTS.parent.mkdir(parents=True, exist_ok=True)
-    wanted = [] if options.tables else tasks(solvers, options.experiment or [], options.limit)
+    wanted = (
+        []
+        if options.tables
+        else tasks(solvers, options.experiment or [], options.limit, not options.ordinary)
+    )
     for task in wanted:
         key = (task["experiment"], task["variant"], task["solver"])
         if key in known:

@@ -121,6 +121,19 @@ def test_tendon_robot_is_as_exact_as_documented():
     assert example["error"](model, x, validation) < 8.2e-3
 
 
+@pytest.mark.slow
+def test_the_second_tendon_robot_is_as_exact_as_documented():
+    """Every sixth row, without friction."""
+    example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))
+    drawn = example["ROBOTS"]["v6"]
+    training, validation = example["recordings"](drawn)
+    assert (len(training), len(validation)) == (1019, 274)
+    model = example["Model"](example["angles_of_pulls"](training), example["WITHOUT"]["friction"], drawn)
+    x = example["identify"](model, training[::6])
+    assert example["error"](model, x, training) < 7.3e-3
+    assert example["error"](model, x, validation) < 11.2e-3
+
+
 def test_derivatives_of_the_tendon_robot_are_exact():
     """One Newton step, compared with differences of equilibria."""
     example = runpy.run_path(str(ROOT / "examples" / "python" / "tendon_robot.py"))

@@ -3,6 +3,7 @@
 import json
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,7 +15,7 @@ from scipy.special import ellipeinc, ellipkinc, jn_zeros, jv
 
 from lissom.cli import commands
 from lissom.cli.evidence import validation
-from lissom.cli.evidence.validation import exact, peers, table
+from lissom.cli.evidence.validation import contacts, exact, peers, table
 from lissom.cli.evidence.validation import pages as report
 from lissom.cli.evidence.validation.case import Answer, Package, Plot
 
@@ -22,15 +23,33 @@ DOCS = Path(__file__).parents[3] / "docs" / "validation.md"
 CASES = {case.name: case for case in validation.CASES}
 QUICK = ("Roll-up to a circle", "Euler column")
 #: PyElastica is not a dependency of the tests; if it is installed, its cases are included.
-HERE = [case.name for case in validation.CASES if case.needs is None or not case.needs.missing]
+#: Cases that take some seconds each.
+LONG = frozenset(case.name for case in contacts.CASES)
+HERE = [
+    pytest.param(case.name, marks=[pytest.mark.slow] * (case.name in LONG))
+    for case in validation.CASES
+    if case.needs is None or not case.needs.missing
+]
 NOWHERE = Package("Nowhere", module="a_module_that_is_nowhere", install="pip install nowhere")
 
 
 @pytest.fixture(scope="module")
-def outcomes():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(validation.case, "MOST_REPEATS", 1)
-        return list(validation.run_all(validation.CASES))
+def outcome_of():
+    """The outcome of a case, which runs once."""
+
+    @cache
+    def found(name):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(validation.case, "MOST_REPEATS", 1)
+            return validation.run(CASES[name])
+
+    return found
+
+
+@pytest.fixture(scope="module")
+def outcomes(outcome_of):
+    """Of all cases that do not take long."""
+    return [outcome_of(name) for name in CASES if name not in LONG]
 
 
 @pytest.fixture
@@ -46,8 +65,8 @@ def lissom_validate(*arguments):
 
 
 @pytest.mark.parametrize("name", HERE)
-def test_case(outcomes, name):
-    outcome = next(outcome for outcome in outcomes if outcome.case.name == name)
+def test_case(outcome_of, name):
+    outcome = outcome_of(name)
     assert outcome.good, outcome.numbers
     assert outcome.seconds > 0
     assert outcome.plot is not None
@@ -59,9 +78,9 @@ def test_case(outcomes, name):
 
 
 @pytest.mark.parametrize("name", HERE)
-def test_tolerances_are_not_idle(outcomes, name):
+def test_tolerances_are_not_idle(outcome_of, name):
     """A value with an error of twice the tolerance is detected."""
-    outcome = next(outcome for outcome in outcomes if outcome.case.name == name)
+    outcome = outcome_of(name)
     scale = outcome.case.scale or np.abs(outcome.wanted).max()
     wrong = outcome.wanted + 2 * outcome.case.tolerance * scale
     answer = Answer(outcome.found, lambda: outcome.plot)
@@ -167,7 +186,7 @@ class TestCommand:
 
 def test_the_report_has_a_section_for_each_case(outcomes):
     page = report.build(outcomes)
-    assert [section.title for section in page.sections[1:]] == list(CASES)
+    assert [section.title for section in page.sections[1:]] == [name for name in CASES if name not in LONG]
     assert page.outcome == (table.verdict(outcomes), True)
 
 

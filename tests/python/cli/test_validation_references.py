@@ -7,16 +7,20 @@ from scipy.special import jn_zeros
 
 from lissom.cli.evidence.validation import (
     beams,
+    contacts,
     exact,
+    exact_contacts,
     exact_frames,
     exact_lines,
     exact_space,
+    jumper,
     lines,
     paths,
     rotation,
     rotor,
     turbine,
 )
+from lissom.cli.evidence.validation.exact_contacts import Drum
 from lissom.cli.evidence.validation.exact_lines import Line
 
 
@@ -245,3 +249,176 @@ def test_a_buoyant_line_is_a_mirrored_one():
     line = Line(30.0, -10.0, 50.0, 1e6, -100.0)
     x, z = exact_lines.hanging_shape(line, (forces[0], -forces[1]), np.array(50.0))
     assert (x, z) == pytest.approx((30.0, -10.0))
+
+
+class TestContacts:
+    @pytest.mark.parametrize("friction", contacts.FRICTIONS)
+    def test_a_thin_rope_is_held_by_the_capstan_equation_with_its_weight(self, friction):
+        """As the benchmark cosseratbench has it; a rope that is not thin slides earlier."""
+        drum = contacts.drum_of(friction)
+        ratio = np.exp(friction * np.pi)
+        held = ratio * drum.short + drum.radius * 2.0 * friction / (1.0 + friction**2) * (ratio + 1.0)
+        thin = Drum(drum.radius, 1e-8 * drum.radius, friction, drum.short, drum.gravity)
+        assert exact_contacts.longest(thin) == pytest.approx(held, rel=1e-6)
+        lost = {0.1: 0.008, 0.3: 0.023, 0.6: 0.052}[friction]
+        assert 1.0 - exact_contacts.longest(drum) / held == pytest.approx(lost, abs=5e-4)
+
+    def test_a_rope_on_a_drum_by_integration(self):
+        """Along the drum with the contact force as the unknown, for a rope that slides."""
+        drum, long, moved, speed = contacts.drum_of(0.6), 1.4, 0.02, 0.3
+        a = exact_contacts.acceleration(drum, long, moved, speed)
+        mu, R, p = drum.friction, drum.radius, drum.thickness / drum.radius
+
+        def tension(phi, force, change):
+            return force + mu * p * change - R * np.sin(phi) + speed**2 / drum.gravity
+
+        def rate(phi, y):
+            force, change = y
+            known = mu * (1.0 - p) * force + 2.0 * R * np.cos(phi) + R * a
+            return [change, (known - change) / (mu * p)]
+
+        # On the solution that grows slowly: the other one dies out within the thickness of the rope, which
+        # a start without it shows.
+        def end(force):
+            low = solve_ivp(rate, (-0.5, 0.0), [force, 0.0], method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+            high = solve_ivp(rate, (0.0, np.pi), low, method="Radau", rtol=1e-10, atol=1e-12).y[:, -1]
+            return tension(0.0, *low), tension(np.pi, *high)
+
+        light = (drum.short - moved) * (1.0 + a)
+        (low0, _), (low1, _) = end(0.0), end(1.0)
+        _, heavy = end((light - low0) / (low1 - low0))
+        assert heavy == pytest.approx((long + moved) * (1.0 - a), rel=1e-6)
+
+    def test_a_rope_that_slides_by_another_method(self):
+        drum = contacts.drum_of(0.3)
+        long = 1.1 * exact_contacts.longest(drum)
+
+        def rate(t, y):
+            return [y[1], drum.gravity * exact_contacts.acceleration(drum, long, y[0], y[1])]
+
+        times = np.array([0.1, 0.2])
+        wanted = solve_ivp(rate, (0.0, 0.2), [0.0, 0.0], t_eval=times, rtol=1e-10, atol=1e-13).y[0]
+        np.testing.assert_allclose(exact_contacts.sliding(drum, long, times), wanted, rtol=1e-5)
+        assert not exact_contacts.sliding(drum, 0.9 * long, times).any()
+
+    def test_friction_on_the_ground_takes_up_tension(self):
+        line = lines.chain(*lines.CHAINS[0][:3])
+        fairlead, anchor = exact_contacts.dragged(line, 0.5)
+        H, V = exact_lines.resting(line, 0.5)
+        assert fairlead == pytest.approx(np.hypot(H, V))
+        assert H - anchor == pytest.approx(0.5 * (line.weight * line.length - V))
+        assert exact_contacts.dragged(line, 0.0)[1] == pytest.approx(exact_lines.resting(line)[0])
+        assert exact_contacts.dragged(line, 5.0)[1] == 0.0
+
+    def test_a_ply_by_its_other_form(self):
+        """Of Clauvelin, Audoly and Neukirch, for the given tension: T = sin^4 a (1 / 2 + 1 / cos 2 a)."""
+        for degrees in (15.0, 20.0, 25.0):
+            angle = np.radians(degrees)
+            tension = np.sin(angle) ** 4 * (0.5 + 1.0 / np.cos(2.0 * angle))
+            assert exact_contacts.ply_tension(angle) == pytest.approx(tension, rel=1e-12)
+            found, torque = exact_contacts.ply(tension)
+            assert found == pytest.approx(angle, rel=1e-12)
+            assert torque == pytest.approx(2.0 * np.sin(angle) ** 3 * np.cos(angle) / np.cos(2.0 * angle))
+
+
+class LumpedMasses:
+    """The jumper as masses on springs, in space: shares nothing with lissom."""
+
+    #: Axial damping, N s, of a relative velocity between neighbours; smaller changes no digit that counts.
+    DAMPING = 2e5
+
+    def __init__(self, count, motion):
+        self.count, self.motion = count, motion
+        self.part = jumper.LENGTH / count
+        self.area = np.pi * jumper.DIAMETER**2 / 4.0
+
+    def ends(self, t):
+        """Places and velocities of both ends."""
+        place, velocity = np.array([jumper.RISER, jumper.VESSEL]), np.zeros((2, 3))
+        if self.motion is not None:
+            h = 1e-4
+            before, now, after = (jumper.setting_out(np.array(max(t + d, 0.0))) for d in (-h, 0.0, h))
+            place[1, self.motion.axis] += now
+            velocity[1, self.motion.axis] = (after - before) / (2.0 * h)
+        return place, velocity
+
+    def rate(self, t, y, brake=0.0):
+        inner = y.reshape(-1, 6)
+        (first, last), (still, moving) = self.ends(t)
+        r = np.vstack([first, inner[:, :3], last])
+        v = np.vstack([still, inner[:, 3:], moving])
+        chords = np.diff(r, axis=0)
+        lengths = np.linalg.norm(chords, axis=1, keepdims=True)
+        along = chords / lengths
+        stretching = (np.diff(v, axis=0) * along).sum(axis=1, keepdims=True)
+        pull = (jumper.STRETCH * (lengths / self.part - 1.0) + self.DAMPING * stretching) * along
+        bends = jumper.BENDING * (r[2:] - 2.0 * r[1:-1] + r[:-2]) / self.part**3
+        force = np.zeros_like(r)
+        force[:-1] += pull
+        force[1:] -= pull
+        force[:-2] -= bends
+        force[1:-1] += 2.0 * bends
+        force[2:] -= bends
+        force[:, 2] -= (jumper.MASS - jumper.WATER * self.area) * jumper.GRAVITY * self.part
+        tangents = r[2:] - r[:-2]
+        tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+        velocity = v[1:-1]
+        across = velocity - (velocity * tangents).sum(axis=1, keepdims=True) * tangents
+        speed = np.linalg.norm(across, axis=1, keepdims=True)
+        drag = 0.5 * jumper.WATER * jumper.DRAG * jumper.DIAMETER * self.part * speed * across
+        inner_force = force[1:-1] - drag - brake * self.part * velocity
+        axial = (inner_force * tangents).sum(axis=1, keepdims=True) * tangents
+        moved = (jumper.MASS + jumper.ADDED_MASS * jumper.WATER * self.area) * self.part
+        acceleration = axial / (jumper.MASS * self.part) + (inner_force - axial) / moved
+        return np.hstack([velocity, acceleration]).ravel()
+
+    def solved(self, y, times, **brake):
+        """LSODA with the band of its Jacobian: a mass feels two neighbours on each side."""
+        settings = {"method": "LSODA", "lband": 17, "uband": 17, "rtol": 1e-6, "atol": 1e-6}
+        rate = lambda t, y: self.rate(t, y, **brake)  # noqa: E731
+        found = solve_ivp(rate, (0.0, times[-1]), y, t_eval=times, **settings)
+        assert found.success
+        return found.y.T
+
+    def at_rest(self):
+        """From a parabola, in syrup."""
+        s = np.linspace(0.0, 1.0, self.count + 1)[1:-1, None]
+        start = jumper.RISER + s * (jumper.VESSEL - jumper.RISER)
+        start[:, 2] -= 4.0 * 45.0 * (s * (1.0 - s))[:, 0]
+        y = np.hstack([start, 0.0 * start]).ravel()
+        unmoved = LumpedMasses(self.count, None)
+        return unmoved.solved(y, np.array([400.0]), brake=100.0)[-1]
+
+    def tension(self, t, y):
+        """At the top, kN: of the last spring, with weight, inertia and drag of half a part."""
+        (_, last), (_, velocity) = self.ends(t)
+        h, half = 1e-3, self.part / 2.0
+        acceleration = (self.ends(t + h)[1][1] - self.ends(max(t - h, 0.0))[1][1]) / (2.0 * h)
+        chord = last - y.reshape(-1, 6)[-1, :3]
+        length = np.linalg.norm(chord)
+        along = chord / length
+        force = jumper.STRETCH * (length / self.part - 1.0) * along
+        force[2] += (jumper.MASS - jumper.WATER * self.area) * jumper.GRAVITY * half
+        across, turned = (part - (part @ along) * along for part in (velocity, acceleration))
+        drag = 0.5 * jumper.WATER * jumper.DRAG * jumper.DIAMETER * np.linalg.norm(across) * across
+        carried = jumper.MASS * acceleration + jumper.ADDED_MASS * jumper.WATER * self.area * turned
+        return 1e-3 * np.linalg.norm(force + half * (drag + carried))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", jumper.MOTIONS, ids=lambda motion: motion.name)
+def test_tensions_of_the_jumper_by_lumped_masses(motion):
+    """Extrapolated, since the forces at the end are of first order; tensions vary by 5 to 10 kN."""
+    at = jumper.EVERY * np.arange(1, len(motion.tensions) + 1)
+    times = np.concatenate([[0.0], jumper.PERIOD + at])
+    found = []
+    for count in (17, 34):
+        masses = LumpedMasses(count, motion)
+        states = masses.solved(masses.at_rest(), times)
+        found.append([masses.tension(t, y) for t, y in zip(times, states, strict=True)])
+    lumped = 2.0 * np.array(found[1]) - found[0]
+    np.testing.assert_allclose(lumped[1:], motion.tensions, atol=0.4)
+    t, tension, failure = jumper.tensions(motion)
+    assert not failure
+    np.testing.assert_allclose(np.interp(at, t, tension), lumped[1:], atol=0.4)
+    assert tension[0] == pytest.approx(lumped[0], rel=1e-3)
