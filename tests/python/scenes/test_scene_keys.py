@@ -755,6 +755,16 @@ method = "radau"
         ("method", "dop853"),
     )
 }
+SCENES["quasi-static"] = """
+version = 1
+[[link]]
+name = "door"
+joint = { type = "revolute", axis = [0, 1, 0], stiffness = 2, friction = 0.1 }
+body = { mass = 1, inertia = [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }
+[simulation]
+t_end = 1
+method = "quasi_static"
+"""
 # Motions with corners, bodies in a fluid, and magnets.
 SCENES |= {
     name: (Path(__file__).parents[1] / "fuzz" / "corpus" / "scenes" / f"{name}.toml").read_text(
