@@ -1674,7 +1674,9 @@ class SimulationSettings:
     @property
     def t_end(self) -> float: ...
     @property
-    def method(self) -> Literal[
+    def method(
+        self,
+    ) -> Literal[
         "newmark", "hht", "generalised_alpha", "rk45", "dop853", "radau", "quasi_static", "auto"
     ]: ...
     @property

@@ -1,4 +1,4 @@
-"""Friction at rest that is larger than that of sliding: when blocks begin to slide, and stick and slip on a belt."""
+"""Friction at rest that is larger than that of sliding: when blocks slide, and stick and slip on a belt."""
 
 from __future__ import annotations
 
@@ -17,11 +17,19 @@ def block(spring=0.0, floor=None, loads=(), **constants):
     """A mass on a rail above a floor, which presses with its weight, held by a spring along the rail."""
     up = lissom.Link("up", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(mass=LITTLE))
     along = lissom.Link(
-        "along", joint=lissom.Prismatic((1, 0, 0), stiffness=spring), parent="up", body=lissom.Body(mass=MASS - LITTLE)
+        "along",
+        joint=lissom.Prismatic((1, 0, 0), stiffness=spring),
+        parent="up",
+        body=lissom.Body(mass=MASS - LITTLE),
     )
     ball = lissom.Ball("along", 0.1, position=(0, 0, 0.1))
     contact = lissom.Contact(
-        ball, floor or lissom.HalfSpace(), stiffness=1e6, friction=KINETIC, static_friction=STATIC, **constants
+        ball,
+        floor or lissom.HalfSpace(),
+        stiffness=1e6,
+        friction=KINETIC,
+        static_friction=STATIC,
+        **constants,
     )
     belt = [] if floor is None else [lissom.Link("belt", joint=lissom.Prismatic((1, 0, 0), motion=_belt))]
     return lissom.Robot([up, along, *belt], loads=loads, contacts=[contact])
@@ -58,7 +66,8 @@ def test_blocks_slide_from_static_friction_on(part, slides, velocities):
 def test_a_load_that_jumps_is_held_by_steps_that_follow_it():
     load = lissom.Load(force=(0.98 * STATIC * WEIGHT, 0, 0), link="along")
     motion = lissom.simulate(block(loads=[load]), 1.0, q0=[-WEIGHT / 1e6, 0.0], method="radau")
-    assert motion.success and 0 < motion.v[-1, 1] < 1e-3
+    assert motion.success
+    assert 0 < motion.v[-1, 1] < 1e-3
 
 
 def test_what_slides_fast_has_kinetic_friction():
@@ -72,13 +81,13 @@ def test_what_slides_fast_has_kinetic_friction():
 
 
 def stick_and_slip(spring):
-    """Period, and largest and least force of the spring, with friction that jumps from static to kinetic (Coulomb)."""
-    # Slip: m x'' = -k x + mu N with the mass moving against the belt's speed, from x = mu_s N / k at the belt's speed.
+    """Period, and largest and least force of the spring, with friction that jumps (Coulomb)."""
+    # Slip: m x'' = -k x + mu N, from x = mu_s N / k at the belt's speed.
     omega = np.sqrt(spring / MASS)
     middle = KINETIC * WEIGHT / spring
     start = STATIC * WEIGHT / spring - middle
 
-    # It sticks again where its velocity is the belt's: SPEED (1 - cos) = -start omega sin, as far on the other side of the middle.
+    # It sticks again where its velocity is the belt's: SPEED (1 - cos) = -start omega sin.
     slip = 2 * (np.pi - np.arctan(start * omega / SPEED)) / omega
     amplitude = np.hypot(start, SPEED / omega)
     return slip + 2 * start / SPEED, spring * (middle + amplitude), spring * (middle - amplitude)
@@ -106,7 +115,14 @@ def test_stick_and_slip_on_a_belt(dt):
 def test_equal_coefficients_are_one():
     plain = lissom.Contact("a", lissom.HalfSpace(), friction=0.5)
     same = lissom.Contact("a", lissom.HalfSpace(), friction=0.5, static_friction=0.5)
-    rod = lissom.Link("a", rod=[lissom.Segment(0.3, radius=0.01, young_modulus=1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 2})])
+    rod = lissom.Link(
+        "a",
+        rod=[
+            lissom.Segment(
+                0.3, radius=0.01, young_modulus=1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 2}
+            )
+        ],
+    )
     runs = [
         lissom.simulate(
             lissom.Robot([rod], gravity=(1, 0, -9.81), contacts=[contact]), 0.1, q0=[0.0, 0.0], dt=1e-3
@@ -127,6 +143,6 @@ def test_equal_coefficients_are_one():
     ],
 )
 def test_what_is_no_static_friction_is_refused(constants, words):
-    with pytest.raises(ValueError, match="friction|stribeck") as raised:
+    with pytest.raises(ValueError, match=r"friction|stribeck") as raised:
         lissom.Contact("a", lissom.HalfSpace(), **{"friction": 0.4, **constants})
     assert words in str(raised.value)

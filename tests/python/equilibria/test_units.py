@@ -64,7 +64,13 @@ FIELDS = {
     "Distance": {"length": L},
     "HalfSpace": {"point": L, "at": L},
     "Ball": {"radius": L, "at": L, "position": L},
-    "Contact": {"stiffness": FORCE - L, "dissipation": T - L, "slip_velocity": L - T, "stribeck_velocity": L - T, "patch_radius": L},
+    "Contact": {
+        "stiffness": FORCE - L,
+        "dissipation": T - L,
+        "slip_velocity": L - T,
+        "stribeck_velocity": L - T,
+        "patch_radius": L,
+    },
 }
 
 #: What a unit of coordinates is, by how their names end.

@@ -59,7 +59,12 @@ UNITS = {
     "end": {"at": PLACE, "position": PLACE},
     "kind": {"length": PLACE},
     "surface": {"radius": PLACE, "at": PLACE, "position": PLACE, "point": PLACE},
-    "contact": {"dissipation": (-1, 0, 1), "slip_velocity": (1, 0, -1), "stribeck_velocity": (1, 0, -1), "patch_radius": PLACE},
+    "contact": {
+        "dissipation": (-1, 0, 1),
+        "slip_velocity": (1, 0, -1),
+        "stribeck_velocity": (1, 0, -1),
+        "patch_radius": PLACE,
+    },
     "tendon": {"length": PLACE, "stiffness": (0, 1, -2), "tension": FORCE},
     "part": {"point": PLACE, "at": PLACE},
 }

@@ -14,7 +14,13 @@ WEIGHT, STIFFNESS, SPEED = 5.0, 200.0, 0.02
 
 def rod(**options):
     return lissom.Segment(
-        0.4, radius=0.005, young_modulus=1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 5, "bend_z": 5}, **options
+        0.4,
+        radius=0.005,
+        young_modulus=1e6,
+        poisson_ratio=0.45,
+        density=1000,
+        modes={"bend_y": 5, "bend_z": 5},
+        **options,
     )
 
 
@@ -23,7 +29,8 @@ def test_without_damping_every_step_ends_in_the_equilibrium():
     force = lissom.Load(force=(times, np.outer(times, (0.0, 0.02, -0.05))))
     robot = lissom.Rod([rod()], loads=[force])
     motion = lissom.simulate(robot, 2.0, dt=0.25, method="quasi_static", rtol=1e-10)
-    assert motion.success and not motion.a.any()
+    assert motion.success
+    assert not motion.a.any()
     for t, q in zip(motion.t[1:], motion.q[1:], strict=True):
         rest = lissom.statics(lissom.Rod([rod()], loads=[lissom.Load(force=(0.0, 0.02 * t, -0.05 * t))]))
         assert_allclose(q, rest.q, rtol=1e-7, atol=1e-9)
@@ -100,7 +107,7 @@ def test_static_friction_lets_go():
     assert motion.success, motion.message
     force = -STIFFNESS * motion.q[:, 1]
     assert force.max() == pytest.approx(0.6 * WEIGHT, rel=2e-2)
-    # Then it slides until the spring has lost what kinetic friction does not carry, and goes on with the driver.
+    # Then it slides until kinetic friction carries the spring, and goes on with the driver.
     drops = np.flatnonzero(np.diff(force) < -0.1 * WEIGHT)
     assert len(drops) == 1
     assert_allclose(force[drops[0] + 2 :], 0.4 * WEIGHT, rtol=1e-2)
@@ -120,12 +127,21 @@ def test_closed_loops_are_held():
     def robot(force):
         joint = lissom.Revolute((0, 1, 0), stiffness=0.5, rest=-1.3)
         bars = [
-            lissom.Link("a", joint=joint, body=lissom.Body(mass=0.1, centre=(0.2, 0, 0), inertia=1e-3 * np.eye(3))),
             lissom.Link(
-                "b", joint=lissom.Revolute((0, 1, 0)), parent="a", position=(0.4, 0, 0), body=lissom.Body(mass=0.1, inertia=1e-3 * np.eye(3))
+                "a", joint=joint, body=lissom.Body(mass=0.1, centre=(0.2, 0, 0), inertia=1e-3 * np.eye(3))
             ),
             lissom.Link(
-                "c", joint=lissom.Revolute((0, 1, 0)), position=(0.3, 0, 0), body=lissom.Body(mass=0.1, inertia=1e-3 * np.eye(3))
+                "b",
+                joint=lissom.Revolute((0, 1, 0)),
+                parent="a",
+                position=(0.4, 0, 0),
+                body=lissom.Body(mass=0.1, inertia=1e-3 * np.eye(3)),
+            ),
+            lissom.Link(
+                "c",
+                joint=lissom.Revolute((0, 1, 0)),
+                position=(0.3, 0, 0),
+                body=lissom.Body(mass=0.1, inertia=1e-3 * np.eye(3)),
             ),
         ]
         tie = lissom.Loop(
@@ -146,18 +162,14 @@ def test_closed_loops_are_held():
 
 def test_what_snaps_goes_over_to_the_next_equilibrium():
     # An upright mass on a torsion spring that is too soft to hold it, and a force that pushes it over.
-    stiffness, mass, length = 3.0, 1.0, 0.5
+    stiffness, mass, length = 4.5, 1.0, 0.5
     joint = lissom.Revolute((0, 1, 0), stiffness=stiffness)
     rocker = lissom.Link("rocker", joint=joint)
     head = lissom.Link("head", parent="rocker", position=(0, 0, length), body=lissom.Body(mass=mass))
-    push = lissom.Load(force=([0.0, 1.0], [(0, 0, 0), (4.0, 0, 0)]), link="head")
+    push = lissom.Load(force=([0.0, 1.0], [(0, 0, 0), (0.5, 0, 0)]), link="head")
 
     def moment(angle, force):
-        return (
-            stiffness * angle
-            - mass * 9.80665 * length * np.sin(angle)
-            - force * length * np.cos(angle)
-        )
+        return stiffness * angle - mass * 9.80665 * length * np.sin(angle) - force * length * np.cos(angle)
 
     left = brentq(moment, -3.0, -0.3, args=(0.0,))
     robot = lissom.Robot([rocker, head], loads=[push])
@@ -167,16 +179,20 @@ def test_what_snaps_goes_over_to_the_next_equilibrium():
     # The branch ends where the moment has a minimum of zero between two angles.
     angles = np.linspace(left, 0.0, 20001)
     forces = moment(angles, 0.0) / (length * np.cos(angles))
-    snap = forces.max() / 4.0
-    before, after = motion.t < snap - 0.011, motion.t > snap + 0.011
-    assert before.sum() > 10 and after.sum() > 10
+    snap = forces.max() / 0.5
+    # It takes the time that falling over takes.
+    before, after = motion.t < snap - 0.011, motion.t > snap + 0.3
+    assert before.sum() > 10
+    assert after.sum() > 10
     assert motion.q[before, 0].max() < 0 < motion.q[after, 0].min()
     for t, (angle,) in zip(motion.t[after], motion.q[after], strict=True):
-        assert angle == pytest.approx(brentq(moment, 0.3, 3.0, args=(4.0 * t,)), abs=1e-5)
+        assert angle == pytest.approx(brentq(moment, 0.3, 3.0, args=(0.5 * t,)), abs=1e-5)
 
 
 def test_what_nothing_holds_is_said():
-    free = lissom.Robot([lissom.Link("stone", joint=lissom.Free(), body=lissom.Body(mass=1.0, inertia=np.eye(3)))])
+    free = lissom.Robot(
+        [lissom.Link("stone", joint=lissom.Free(), body=lissom.Body(mass=1.0, inertia=np.eye(3)))]
+    )
     motion = lissom.simulate(free, 1.0, dt=0.1, method="quasi_static")
     assert motion.status == "singular_jacobian"
     assert "Without inertia something must hold every part" in motion.message
@@ -191,7 +207,7 @@ def test_scenes_and_names_are_the_same():
 
 
 def test_what_has_no_meaning_without_inertia_is_refused():
-    with pytest.raises(ValueError, match="v0: .*without inertia"):
+    with pytest.raises(ValueError, match=r"v0: .*without inertia"):
         lissom.simulate(crank(1.0), 1.0, v0=[1.0], dt=0.1, method="quasi_static")
     with pytest.raises(ValueError, match="rho_inf"):
         lissom.simulate(crank(1.0), 1.0, dt=0.1, method="quasi_static", rho_inf=0.5)
