@@ -169,7 +169,7 @@ def test_what_snaps_goes_over_to_the_next_equilibrium():
     push = lissom.Load(force=([0.0, 1.0], [(0, 0, 0), (0.5, 0, 0)]), link="head")
 
     def moment(angle, force):
-        return stiffness * angle - mass * 9.80665 * length * np.sin(angle) - force * length * np.cos(angle)
+        return stiffness * angle - mass * 9.81 * length * np.sin(angle) - force * length * np.cos(angle)
 
     left = brentq(moment, -3.0, -0.3, args=(0.0,))
     robot = lissom.Robot([rocker, head], loads=[push])
