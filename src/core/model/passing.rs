@@ -32,31 +32,6 @@ pub struct Impact {
     pub longest: f64,
 }
 
-/// How a step sees the impacts in it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Resolution {
-    /// Nothing meets, or what does is followed by many steps.
-    #[default]
-    Fine,
-    /// An impact takes a few steps, which see too little of how forces rise and fall.
-    Coarse,
-    /// An impact is too hard for the step.
-    Unresolved,
-}
-
-/// What is pressed, or about to be, in the impacts of a state that take no more than a few steps.
-#[derive(Clone, Copy, Debug)]
-pub struct Approach {
-    /// Kinetic energy with which surfaces approach each other, as far as the contact gives it back, in joules.
-    pub closing: f64,
-    /// Energy of overlaps, in joules.
-    pub pressed: f64,
-    /// Kinetic energy of what takes part before the step, in joules.
-    pub kinetic: f64,
-    /// Elastic energy, overlaps included, in joules.
-    pub elastic: f64,
-}
-
 /// What a gain of energy is compared with.
 #[derive(Clone, Copy, Debug)]
 pub enum Beside {

@@ -47,7 +47,7 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
     let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
     let mut ladder = Ladder { stepper, system };
     if is_one_sided {
-        ladder.unilateral().begin_step();
+        ladder.unilateral().begin_step(h);
         return ladder.step(t_new, h);
     }
     match ladder.part(t_new, h, Memory::Kept)? {
@@ -89,7 +89,6 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         // friction need that (`test_contact_hard`), and what would pass through each other (`test_contact_passing`).
         if self.in_parts(t_new, Memory::Dropped)?.is_ok() {
             let unilateral = self.unilateral();
-            unilateral.is_in_parts = true;
             unilateral.unsettled = unilateral.unsettled.max(1);
             return Ok(Ok(()));
         }
@@ -170,6 +169,8 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
     }
 
     fn accept(&mut self) -> Result<(), Interrupted> {
+        let (ends, unilateral) = self.stepper.tried();
+        unilateral.follow_flight(model_of(self.system), &ends)?;
         self.stepper.accept(self.system)?;
         let unilateral = self.unilateral();
         unilateral.touches = unilateral.will_touch;

@@ -125,12 +125,7 @@ impl<M: Model> Integrator<M> {
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
-        let may_matter = Resolving::matters(stepper.stopped()) || stepper.unilateral_mut().is_coarse();
-        // Where hardly anything approaches, steps lose the energy of what slides and sticks.
-        let matters = resolving.goes_on()
-            || may_matter
-                && (stepper.unilateral_mut().is_in_parts()
-                    || Resolving::matters(approaching(model, stepper)?));
+        let matters = resolving.goes_on() || Resolving::matters(stepper.unilateral().flight());
         resolving.go_on(false);
         if !matters {
             return Ok(None);
@@ -146,11 +141,9 @@ impl<M: Model> Integrator<M> {
         stepper.end_instead([&q, &v, &a], touches);
         if touches {
             model.set_time(t_span.1)?;
-            let a = &a[..q.len()];
-            // Until surfaces let go, also where forces are as small as near the end of an impact.
-            let found = model.approach([&q, &v], [&q, &v, a], WITHIN * (t_span.1 - t_span.0));
-            let part = found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, true));
-            resolving.go_on(Resolving::is_left(part));
+            // Until surfaces let go.
+            let flight = model.flight(&v, [&q, &v, &a[..q.len()]], 0.0, t_span.1 - t_span.0);
+            resolving.go_on(Resolving::matters(flight));
         }
         Ok(Some(flow))
     }
@@ -472,17 +465,6 @@ fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     let expected = "\"analytic\": closed loops are held by exact derivatives";
     check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);
     check.finish()
-}
-
-/// An impact goes on as long as it would in steps so many times as long.
-const WITHIN: f64 = 2.0;
-
-/// What the impacts of the last step, which takes few steps for them, would give back of the largest kinetic energy in one.
-fn approaching<M: Model>(model: &mut M, stepper: &mut newmark::Stepper) -> Result<f64, Interrupted> {
-    let (t, motion) = stepper.state();
-    model.set_time(t)?;
-    let found = model.approach(stepper.before(), motion, t - stepper.t_old());
-    Ok(found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, false)))
 }
 
 fn of_second_order(

@@ -11,11 +11,9 @@ use crate::model::{Facts, Model};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, Rule, State};
 
-/// Impacts matter that would give back this part of the largest kinetic energy in an impact so far.
-const MATTERS: f64 = 1e-3;
-
-/// Within an impact that matters, this part of that is followed too: where surfaces let go, speeds are high and forces small.
-const LEFT: f64 = 1e-2;
+/// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
+/// what a step without memory does.
+const FLIGHT: f64 = 4.0;
 
 /// Relative tolerance of the steps within: balls rebound with 1.0000 of their energy, and none is gained but 2e-4.
 const TOLERANCE: f64 = 1e-4;
@@ -64,14 +62,9 @@ fn work_of(counters: &Counters) -> usize {
 }
 
 impl Resolving {
-    /// Whether this part of the largest kinetic energy in an impact matters.
-    pub(super) fn matters(part: f64) -> bool {
-        part > MATTERS
-    }
-
-    /// Whether this part of it is left to be given back, within an impact that matters.
-    pub(super) fn is_left(part: f64) -> bool {
-        part > LEFT * MATTERS
+    /// Whether impacts matter after which surfaces part for so many steps.
+    pub(super) fn matters(flight: f64) -> bool {
+        flight > FLIGHT
     }
 
     /// Whether the step follows on one that was resolved and ended within an impact.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::model::{REACHED, Resolution};
+use crate::model::REACHED;
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
@@ -21,6 +21,9 @@ const MOST_LOST: f64 = 0.7;
 /// Impacts of more than that many radians a step, squared, take less than ten steps: with fewer a ball loses two hundredths of its
 /// energy, or more.
 const COARSE: f64 = (PI / 10.0) * (PI / 10.0);
+
+/// Surfaces that come nearer, or part, in a step by less than this part of their overlap rest on each other.
+const AT_REST: f64 = 1e-2;
 
 /// A contact whose surfaces overlap by more than the radius of one, and by how much.
 pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
@@ -73,52 +76,63 @@ pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
     rates.extend(touches.iter().map(|touch| touch.pressing.rate));
 }
 
-/// How a step of size `h` sees surfaces meet, or push each other apart, the motion at its end up to date; noted are the rates of their
-/// distances with the velocities at its beginning.
+/// Whether a step of size `h` is too long for how surfaces meet, or push each other apart, the motion at its end up to date; noted are
+/// the rates of their distances with the velocities at its beginning.
 ///
 /// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
 /// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
 /// impact takes `pi / omega`.
-pub(crate) fn resolution<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> Resolution {
+pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
-    let mut found = Resolution::Fine;
-    for (t, (touch, &before)) in touches.enumerate() {
+    touches.enumerate().any(|(t, (touch, &before))| {
         let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
         let has_met = overlap + 0.5 * h * (before + after) < 0.0;
-        if has_met && after - before > MOST_LOST * before.abs() {
-            return Resolution::Unresolved;
-        }
-        let opening = h * h * opening(plan, work, t);
-        let stiffened = overlap * touch.pressing.stiffening().max(1.0);
-        if opening > UNRESOLVED * stiffened {
-            return Resolution::Unresolved;
-        }
-        if opening > COARSE * stiffened {
-            found = Resolution::Coarse;
-        }
-    }
-    found
+        has_met && after - before > MOST_LOST * before.abs()
+            || h * h * opening(plan, work, t) > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
+    })
 }
 
-/// Energies of approach, as far as the contact gives it back, and of overlaps, in the impacts that take a few steps of size `h`; motion and
-/// rates are as for [`resolution`]. `None` if there are none.
+/// Whether surfaces that touch, the motion up to date, approach each other, or part, in a step of size `h` by more than those that rest.
+pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
+    let moves = |touch: &Touch| h * touch.pressing.rate.abs() > AT_REST * touch.meeting.overlap;
+    work.effects.contact.touches.iter().any(moves)
+}
+
+/// Takes down with which accelerations surfaces that touch open, the motion up to date.
+pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut openings = std::mem::take(&mut work.effects.contact.openings);
+    openings.clear();
+    openings.extend((0..work.effects.contact.touches.len()).map(|t| opening(plan, work, t)));
+    work.effects.contact.openings = openings;
+}
+
+/// For how many steps of size `h` surfaces part again at most, of those whose impacts take less than ten such steps. The motion at the
+/// end of a step is up to date; noted are the rates of their distances at its beginning, the time `since` ago, and the
+/// accelerations with which they open without contact forces.
 ///
-/// What takes part in a touch has the mass that its force over the acceleration with which it opens tells of.
-pub(crate) fn approach<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> Option<[f64; 2]> {
-    let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
-    let mut found = None;
-    for (t, (touch, &before)) in touches.enumerate() {
-        let opening = opening(plan, work, t);
-        let stiffened = touch.meeting.overlap * touch.pressing.stiffening().max(1.0);
-        if h * h * opening > COARSE * stiffened {
-            let approach = -before.min(touch.pressing.rate).min(0.0);
-            let returned = approach * rebound(touch.meeting.law.dissipation * approach);
-            let [closing, pressed] = found.get_or_insert([0.0; 2]);
-            *closing += 0.5 * touch.pressing.normal_force / opening * returned * returned;
-            *pressed += touch.meeting.energy(&touch.pressing);
+/// A pair alone obeys `d'' = a - omega^2 d` in its overlap d, if a presses it together: it leaves with the speed u of
+/// `u^2 = d'^2 + (omega^2 d - 2 a) d`, and comes back after `2 u / a`. That is told by what takes part, in any frame.
+pub(crate) fn flight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, since: f64, h: f64) -> f64 {
+    let contact = &work.effects.contact;
+    let noted = contact.rates.iter().zip(&contact.openings);
+    let mut longest: f64 = 0.0;
+    for (t, (touch, (&before, &unpushed))) in contact.touches.iter().zip(noted).enumerate() {
+        let overlap = touch.meeting.overlap;
+        let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.pressing.stiffening());
+        let is_coarse = h * h * stiffness > COARSE;
+        let began = (overlap + 0.5 * since * (before + touch.pressing.rate)).max(0.0);
+        let square = before * before + (stiffness * began + 2.0 * unpushed) * began;
+        if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
+            continue;
+        }
+        let speed = square.sqrt();
+        let leaving = speed * rebound(touch.meeting.law.dissipation * speed);
+        if leaving * h > REACHED * plan.effects.contacts.pairs[touch.pair].thickness {
+            let presses = (-unpushed).max(0.0);
+            longest = longest.max(2.0 * leaving / (presses * h));
         }
     }
-    found
+    longest
 }
 
 /// The acceleration with which the surfaces of a touch open.
