@@ -1,9 +1,8 @@
 //! Words for what a model of one's own does not have.
 
 use super::{
-    Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact,
-    InTime, InertiaMatrix, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Sprung,
-    Switch, Tied,
+    Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
+    InertiaMatrix, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;

@@ -98,6 +98,12 @@ impl Stepper {
         })
     }
 
+    /// Iterations go as far as this relative tolerance asks for, where tolerances are absolute ones. Before the first step.
+    pub(crate) fn set_accuracy(&mut self, rtol: f64) {
+        self.smallest_rtol = rtol;
+        self.stages = Stages::new(self.q.len(), 0, rtol);
+    }
+
     /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] calls this if
     /// necessary. Returns `Some(status)` if there are no accelerations.
     pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {

@@ -135,7 +135,7 @@ impl<M: Model> Integrator<M> {
             return Ok(None);
         }
         let t_span = (stepper.t_old(), stepper.t());
-        let (resolved, work) = resolving.resolve(model, t_span, stepper.before(), allowed)?;
+        let (resolved, work) = resolving.resolve(model, t_span, stepper.before(), stepper.v(), allowed)?;
         stepper.add_work(&work);
         let Some(Resolved { motion: [q, v, a], flow, touches }) = resolved else { return Ok(None) };
         stepper.end_instead([&q, &v, &a], touches);

@@ -15,11 +15,15 @@ use crate::simulation::balance::{FlowMeter, Rule, State};
 /// what a step without memory does.
 const FLIGHT: f64 = 4.0;
 
-/// Relative tolerance of the steps within: balls rebound with 1.0000 of their energy, and none is gained but 2e-4.
+/// Tolerance of the steps within, relative to what the step changes velocities by: balls rebound with 1.0000 of their energy, and none is
+/// gained but 2e-4. So is that of displacements, relative to these changes times the step.
 const TOLERANCE: f64 = 1e-4;
 
-/// Absolute tolerance of displacements in their typical sizes, and of velocities in these per step: overlaps are small beside them.
-const SMALLEST: f64 = 1e-8;
+/// Velocities count as changed by this part of the largest change, all in typical sizes: what hardly takes part needs no digits.
+const HARDLY: f64 = 1e-4;
+
+/// Numbers of this size relative to places and velocities are rounding, also of those that move along.
+const ROUNDING: f64 = 1e-12;
 
 /// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
 /// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
@@ -94,23 +98,26 @@ impl Resolving {
         allowed
     }
 
-    /// The step of `model` from these displacements and velocities, with what it took; nothing where it takes more evaluations than
-    /// are allowed.
+    /// The step of `model` from these displacements and velocities, which has led to the velocities `found`, with what it took; nothing
+    /// where it takes more evaluations than are allowed.
     pub(super) fn resolve<M: Model>(
         &mut self,
         model: &mut M,
         t_span: (f64, f64),
         [q, v]: [&[f64]; 2],
+        found: &[f64],
         allowed: usize,
     ) -> Result<(Option<Resolved>, Counters), Interrupted> {
         let (n, h) = (q.len(), t_span.1 - t_span.0);
-        let sizes = model.facts().typical_coordinates.iter().map(|size| SMALLEST * size);
-        let atol: Vec<f64> = sizes.clone().chain(sizes.map(|size| size / h)).collect();
+        let of_velocities = tolerances(&model.facts().typical_coordinates, [v, found], h);
+        let atol: Vec<f64> =
+            of_velocities.iter().map(|atol| h * atol).chain(of_velocities.iter().copied()).collect();
         let options =
-            radau::Options { rtol: TOLERANCE.into(), atol: atol.into(), ..radau::Options::default() };
+            radau::Options { rtol: ROUNDING.into(), atol: atol.into(), ..radau::Options::default() };
         let Ok(mut stepper) = radau::Stepper::new(n, t_span, q, v, &options) else {
             return Ok((None, Counters::default()));
         };
+        stepper.set_accuracy(TOLERANCE);
         let mut meter = FlowMeter::new(model, Rule::Quintic, t_span.0, [q, v], Some(&[]));
         let status = loop {
             let status = stepper.step(model)?;
@@ -123,6 +130,8 @@ impl Resolving {
             }
         };
         let work = stepper.counters();
+            eprintln!("t {:.4} h {h} work {:?}", t_span.0, work);
+        }
         self.used += work_of(&work);
         model.set_time(t_span.1)?;
         if status != Some(Status::Finished) {
@@ -142,4 +151,11 @@ impl Resolving {
         tape.flag(&mut self.is_exhausted);
         tape.flag(&mut self.goes_on);
     }
+}
+
+/// Absolute tolerances of velocities in a step of size `h` that changes them so: by differences alone, which no motion of the whole has.
+fn tolerances(sizes: &[f64], [before, after]: [&[f64]; 2], h: f64) -> Vec<f64> {
+    let changes = before.iter().zip(after).map(|(before, after)| (after - before).abs());
+    let largest = changes.clone().zip(sizes).map(|(change, size)| change / size).fold(ROUNDING / h, f64::max);
+    changes.zip(sizes).map(|(change, size)| TOLERANCE * change.max(HARDLY * largest * size)).collect()
 }

@@ -176,9 +176,10 @@ impl InImpact for RobotModel {
     fn flight(&mut self, qd_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> f64 {
         let Self { sweeps, coordinates, .. } = self;
         let [q, qd, _] = motion;
-        let may_part = coordinates.all([q, qd_before, qd], |[q, qd_before, qd]| {
-            on_sweeps!(sweeps, sweeps => sweeps.may_part([q, qd_before, qd], h))
-        });
+        let may_part = coordinates.all(
+            [q, qd_before, qd],
+            |[q, qd_before, qd]| on_sweeps!(sweeps, sweeps => sweeps.may_part([q, qd_before, qd], h)),
+        );
         if !may_part {
             return 0.0;
         }

@@ -1,0 +1,210 @@
+"""Which impacts fixed steps resolve: those that matter to what takes part in them, whatever else moves, in any frame and any units."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from reference.ball_row import BallRow
+from scipy.integrate import solve_ivp
+
+import lissom
+from lissom import Ball, Body, Box, Contact, Free, HalfSpace, Link, Prismatic, Robot
+
+G = 9.81
+FLOOR = HalfSpace((0, 0, 0), (0, 0, 1))
+STOPPED = lissom.methods.Newmark(impacts="stopped")
+RADIUS = 0.1
+
+
+def work(stats):
+    return stats.nfev + 5 * stats.njev
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-3])
+@pytest.mark.parametrize("mass", [1e-6, 1e-3, 1.0])
+def test_a_light_ball_rebounds_after_a_heavy_one(mass, dt):
+    masses, heights = np.array([mass, 1000.0]), np.array([1.0, 0.5])
+    links = [
+        Link(f"ball {i}", joint=Prismatic((0, 0, 1)), body=Body(mass)) for i, mass in enumerate(masses)
+    ]
+    contacts = [
+        Contact(Ball(f"ball {i}", RADIUS), FLOOR, stiffness=1e8 * mass, dissipation=0.0)
+        for i, mass in enumerate(masses)
+    ]
+    result = lissom.simulate(Robot(links, contacts=contacts), 0.9, dt=dt, q0=RADIUS + heights)
+    returned = 0.5 * result.v[-1] ** 2 + G * (result.q[-1] - RADIUS)
+    assert_allclose(returned, G * heights, rtol=2e-3)
+    assert result.doubt is None
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-3])
+@pytest.mark.parametrize("speed", [0.0, 100.0, 1000.0])
+def test_a_ball_that_slides_rebounds(speed, dt):
+    ball = Link(
+        "ball", joint=Free(), body=Body(1.0, inertia=(0.01,) * 3), position=(0, 0, 0.5 + RADIUS)
+    )
+    robot = Robot([ball], contacts=[Contact(Ball("ball", RADIUS), FLOOR, stiffness=1e7, dissipation=0.0)])
+    result = lissom.simulate(robot, 0.5, dt=dt, v0=[speed, 0, 0, 0, 0, 0])
+    returned = 0.5 * result.v[-1, 2] ** 2 + G * (result.q[-1, 2] + 0.5)
+    assert_allclose(returned, 0.5 * G, rtol=2e-3)
+
+
+def row(balls, *, unit=1.0, unit_of_mass=1.0):
+    """The same balls as a robot, in metres over `unit` and kilograms over `unit_of_mass`."""
+    links = [
+        Link(f"ball {i}", joint=Prismatic((1, 0, 0)), body=Body(mass / unit_of_mass))
+        for i, mass in enumerate(balls.masses)
+    ]
+    contacts = [
+        Contact(
+            Ball(first.name, balls.radius / unit),
+            Ball(second.name, balls.radius / unit),
+            stiffness=balls.stiffness / unit_of_mass,
+            dissipation=balls.dissipation * unit,
+        )
+        for first, second in zip(links[:-1], links[1:], strict=True)
+    ]
+    return Robot(links, contacts=contacts, gravity=(0, 0, 0))
+
+
+def places(gaps):
+    return np.concatenate([[0.0], np.cumsum(2 * RADIUS + np.asarray(gaps))])
+
+
+@pytest.mark.parametrize("frame", [0.0, 100.0, -100.0])
+@pytest.mark.parametrize("unit", [(1.0, 1.0), (1e-3, 1e-3)])
+@pytest.mark.parametrize("dt", [1e-2, 3e-3])
+def test_impacts_that_follow_each_other_within_a_step(dt, unit, frame):
+    """Equal masses pass the velocity on to the last one."""
+    x = places([1e-3, 2e-3])
+    v = np.array([1.0, 0, 0]) + frame
+    robot = row(BallRow([1.0, 1.0, 1.0], RADIUS, 1e6), unit=unit[0], unit_of_mass=unit[1])
+    result = lissom.simulate(robot, 0.03, dt=dt, q0=x / unit[0], v0=v / unit[0])
+    assert_allclose(result.v[-1] * unit[0] - frame, [0, 0, 1], atol=2e-3)
+    assert result.doubt is None
+
+
+def test_impacts_that_follow_each_other_lose_what_their_law_says():
+    balls = BallRow([1.0, 2.0, 0.5], RADIUS, 1e6, dissipation=0.1)
+    x, v = places([1e-3, 2e-3]), np.array([1.0, 0, 0])
+    _, expected, contacts = balls.run(x, v, 0.03)
+    assert contacts == 2
+    for frame in (0.0, 100.0):
+        result = lissom.simulate(row(balls), 0.03, dt=1e-2, q0=x, v0=v + frame)
+        assert_allclose(result.v[-1] - frame, expected, atol=2e-3)
+
+
+def random_row(number):
+    random = np.random.default_rng(number)
+    count = random.integers(2, 6)
+    balls = BallRow(
+        10.0 ** random.uniform(-3, 3, count),
+        RADIUS,
+        10.0 ** random.uniform(4, 8),
+        random.choice([0.0, 0.1]),
+    )
+    x = places(10.0 ** random.uniform(-4, -1, count - 1))
+    v = random.uniform(-1, 1, count)
+    v[0] += 2.0
+    return balls, x, v, 10.0 ** random.uniform(-3, -2), random.choice([0.0, 100.0])
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_rows_of_balls(number):
+    """Velocities by a reference that solves for contacts alone, in the measure of their energy."""
+    balls, x, v, dt, frame = random_row(number)
+    duration = 30 * dt
+    x_expected, v_expected, _ = balls.run(x, v, duration)
+    result = lissom.simulate(row(balls), duration, dt=dt, q0=x, v0=v + frame)
+    found = result.v[-1] - frame
+    scale = balls.energy(x, v)
+    assert_allclose(balls.masses @ found, balls.masses @ v, atol=1e-6 * balls.masses @ np.abs(v))
+    energy = balls.energy(result.q[-1], found)
+    assert energy < (1 + 1e-3) * balls.energy(x_expected, v_expected) + 1e-3 * scale
+    if result.doubt is None:
+        difference = found - v_expected
+        assert 0.5 * balls.masses @ difference**2 < 1e-3 * scale
+
+
+@pytest.mark.parametrize("dt", [1e-2, 3e-3, 1e-3])
+@pytest.mark.parametrize("stiffness", [1e4, 1e5, 1e6, 1e8])
+def test_a_platform_passes_on_twice_its_speed(stiffness, dt):
+    speed = 2.0
+    platform = Link("platform", joint=Prismatic((1, 0, 0), motion=lambda t: speed * t - 0.5))
+    ball = Link("ball", joint=Prismatic((1, 0, 0)), body=Body(1.0))
+    meet = Contact(Ball("ball", RADIUS), Ball("platform", RADIUS), stiffness=stiffness, dissipation=0.0)
+    result = lissom.simulate(Robot([platform, ball], contacts=[meet], gravity=(0, 0, 0)), 0.5, dt=dt)
+    assert_allclose(result.v[-1], 2 * speed, rtol=2e-3)
+
+
+def box_on_floor(*more, extent=0.1):
+    box = Link("box", joint=Free(), body=Body(1.0, inertia=(0.01,) * 3), position=(0, 0, extent))
+    shape = Box((0, 0, 0), (extent,) * 3, link="box")
+    lies = Contact(shape, FLOOR, stiffness=1e6, dissipation=0.0)
+    return Robot([box, *[link for link, _ in more]], contacts=[lies, *[make(shape) for _, make in more]])
+
+
+@pytest.mark.parametrize("dt", [1e-2, 5e-3, 1e-3])
+def test_a_ball_rebounds_from_a_box_that_settles(dt):
+    """The box begins exactly on the floor, into which its weight presses it."""
+    ball = Link("ball", joint=Free(), body=Body(1.0, inertia=(0.01,) * 3), position=(0, 0, 0.8))
+
+    def meet(box):
+        return Contact(Ball("ball", RADIUS), box, stiffness=1e6, dissipation=0.0)
+
+    robot = box_on_floor((ball, meet))
+    result = lissom.simulate(robot, 0.5, dt=dt)
+    fine = lissom.simulate(robot, 0.5, method="radau", rtol=1e-8, atol=1e-10)
+    assert fine.v[-1, 8] > 1.0
+    assert_allclose(result.q[-1, 8], fine.q[-1, 8], atol=5e-4)
+    assert result.doubt is None
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-3])
+def test_what_settles_takes_no_more_work(dt):
+    robot = box_on_floor()
+    result, stopped = (
+        lissom.simulate(robot, 0.3, dt=dt, **method) for method in ({}, {"method": STOPPED})
+    )
+    assert work(result.stats) <= 1.05 * work(stopped.stats)
+    assert_allclose(result.q[-1], stopped.q[-1], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "dt"), [(1e3, 1e-2), (1.2e3, 1e-2), (2e3, 1e-2), (3e3, 1e-2), (1e5, 1e-3), (2e5, 1e-3)]
+)
+def test_a_ball_in_impacts_of_five_to_ten_steps(stiffness, dt):
+    """Also where the force is smaller than the weight, in the first step and where surfaces let go."""
+    radius = 0.5
+    ball = Link("ball", joint=Prismatic((0, 0, 1)), body=Body(1.0))
+    robot = Robot([ball], contacts=[Contact(Ball("ball", radius), FLOOR, stiffness=stiffness, dissipation=0.0)])
+    for height in np.linspace(1.0, 1.1, 5):
+        result = lissom.simulate(robot, 0.85, dt=dt, q0=[radius + height])
+        returned = 0.5 * result.v[-1, 0] ** 2 + G * (result.q[-1, 0] - radius)
+        assert_allclose(returned, G * height, rtol=3e-3)
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.1, 100.0])
+def test_what_is_stopped_bounces_for_less_than_four_steps(weight):
+    """A ball that bounces ever lower by Hunt and Crossley's law: its flights end where they take four steps, whatever it weighs."""
+    dt, dissipation, stiffness = 1e-2, 1.0, 1e6
+    gravity = weight * G
+    ball = Link("ball", joint=Prismatic((0, 0, 1)), body=Body(1.0))
+    contact = Contact(Ball("ball", RADIUS), FLOOR, stiffness=stiffness, dissipation=dissipation)
+    robot = Robot([ball], contacts=[contact], gravity=(0, 0, -gravity))
+    speeds = [np.sqrt(2 * gravity * 1.0)]
+    while speeds[-1] > 0.5 * gravity * dt:
+        def fall(_t, y):
+            return [y[1], gravity - stiffness * y[0] * max(0.0, 1 + dissipation * y[1])]
+
+        def leave(_t, y):
+            return y[0]
+
+        leave.terminal, leave.direction = True, -1
+        solved = solve_ivp(fall, (0, 1), [0, speeds[-1]], events=leave, rtol=1e-9, atol=1e-14, max_step=1e-4)
+        speeds.append(-solved.y[1, -1])
+    result = lissom.simulate(robot, 6 / np.sqrt(weight), dt=dt, q0=[RADIUS + 1.0])
+    leaves = result.v[1:, 0][(result.v[1:, 0] > 0) & (result.v[:-1, 0] < 0)]
+    slowest = leaves[leaves > 0.5 * gravity * dt].min()
+    # The first bounce that is not resolved would take less than four steps: 2 v / g < 4 dt.
+    assert slowest > gravity * dt
+    assert slowest < 2 * max(speed for speed in speeds if speed < 2 * gravity * dt) + gravity * dt
