@@ -1,6 +1,6 @@
 //! Surfaces and springs of a model that act one way only.
 
-use super::{Beside, Dynamics, Flaw, Impact, Radius};
+use super::{Beside, Dynamics, Flaw, Impact, Parting, Radius};
 use crate::numerics::linalg::Matrix;
 
 /// Surfaces and stops count as exactly reached up to this part of the lengths of which their gap is a difference: ten times the
@@ -110,10 +110,9 @@ pub trait InImpact: InContact {
     /// for the step.
     fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;
 
-    /// For how many steps of size `h`, in seconds, surfaces that touch in a motion part again at most, of those whose impacts take less than
-    /// ten such steps: by the velocities `v_before` that the time `since` ago had; zero if none do, infinite if nothing presses them
-    /// together. Allocates where surfaces approach each other.
-    fn flight(&mut self, v_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> f64;
+    /// How surfaces that touch in a motion part again, of those whose impacts take less than ten steps of size `h`, in seconds: by the
+    /// velocities `v_before` that the time `since` ago had. Allocates where surfaces approach each other.
+    fn parting(&mut self, v_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Parting;
 
     /// Whether surfaces have touched in any state evaluated since the last call.
     fn take_touched(&mut self) -> bool;

@@ -32,6 +32,29 @@ pub struct Impact {
     pub longest: f64,
 }
 
+/// How surfaces that meet, or are pressed, part again in steps of one size.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Parting {
+    /// For how many steps they do at most: zero if none do, infinite if nothing presses them together.
+    pub flight: f64,
+    /// How long the shortest of these impacts takes, in seconds; zero if there are none.
+    pub impact: f64,
+    /// The highest speed with which they do, in metres a second.
+    pub speed: f64,
+}
+
+impl Parting {
+    /// That of both.
+    pub fn and(self, other: Self) -> Self {
+        let impact = if self.impact == 0.0 || other.impact == 0.0 {
+            self.impact.max(other.impact)
+        } else {
+            self.impact.min(other.impact)
+        };
+        Self { flight: self.flight.max(other.flight), impact, speed: self.speed.max(other.speed) }
+    }
+}
+
 /// What a gain of energy is compared with.
 #[derive(Clone, Copy, Debug)]
 pub enum Beside {

@@ -2,7 +2,8 @@
 
 use super::{
     Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
-    InertiaMatrix, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Sprung, Switch, Tied,
+    InertiaMatrix, MissingStrain, OneSided, Overlap, Parting, Radius, Reached, Refinable, Sprung, Switch,
+    Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -211,8 +212,8 @@ impl<M: Smooth> InImpact for M {
         false
     }
 
-    fn flight(&mut self, _v_before: &[f64], _motion: [&[f64]; 3], _since: f64, _h: f64) -> f64 {
-        0.0
+    fn parting(&mut self, _v_before: &[f64], _motion: [&[f64]; 3], _since: f64, _h: f64) -> Parting {
+        Parting::default()
     }
 
     fn take_touched(&mut self) -> bool {

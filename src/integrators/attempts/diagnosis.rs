@@ -4,7 +4,7 @@ use super::impacts::{Impacts, Remedy};
 use crate::error::Interrupted;
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Beside, Facts, Flaw, Holding, Model, Pressed, Radius, have_missed, have_passed, may_miss,
+    Beside, Facts, Flaw, Holding, Model, Parting, Pressed, Radius, have_missed, have_passed, may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -16,6 +16,15 @@ const STEPS_AFTER_STOP: usize = 2;
 /// Accelerations that change in a step by more than this part of the largest kinetic energy, as that of the velocity they gain in it, are those
 /// of vibrations that it does not resolve.
 const EXCITED: f64 = 1e-3;
+
+/// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
+/// what a step without memory does.
+const FLIGHT: f64 = 4.0;
+
+/// Whether impacts matter after which surfaces part so: told by what takes part in them alone, in any frame.
+pub(crate) fn matters(parting: &Parting) -> bool {
+    parting.flight > FLIGHT
+}
 
 /// What is wrong with a step that is tried: the first of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,11 +103,11 @@ pub(crate) struct Unilateral {
     /// Whether they touched in any state that was tried for it.
     pub(crate) has_touched: bool,
     pub(super) impacts: Impacts,
-    /// Whether steps of fixed size are made once more where impacts matter; if so, the size of the last one, and for how many such steps
-    /// the surfaces that meet in it would part again at most.
+    /// Whether steps of fixed size are made once more where impacts matter; if so, the size of the last one, and how the surfaces that
+    /// meet in it would part again.
     resolves: bool,
     size: f64,
-    flight: f64,
+    parting: Parting,
     /// Whether the last step was made once more by a method that resolves its impacts.
     pub(super) resumes: bool,
     /// The impacts before the last step of fixed size.
@@ -282,26 +291,31 @@ impl Unilateral {
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
-        (self.size, self.flight) = (h, 0.0);
+        (self.size, self.parting) = (h, Parting::default());
     }
 
-    /// Takes note of how long what meets in a step, or in a part of one, would part again.
-    pub(super) fn follow_flight<M: Model + ?Sized>(
+    /// Takes note of how what meets in a step, or in a part of one, would part again.
+    pub(super) fn follow_parting<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
     ) -> Result<(), Interrupted> {
         if self.resolves && self.will_touch {
             let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
-            let flight = model.flight(ends.v[0], [ends.q[1], ends.v[1], a], ends.h, self.size);
-            self.flight = self.flight.max(flight);
+            let parting = model.parting(ends.v[0], [ends.q[1], ends.v[1], a], ends.h, self.size);
+            self.parting = self.parting.and(parting);
         }
         Ok(())
     }
 
-    /// For how many steps what has met in the last step of fixed size would part again at most.
-    pub(crate) fn flight(&self) -> f64 {
-        self.flight
+    /// How what has met in the last step of fixed size would part again.
+    pub(crate) fn parting(&self) -> Parting {
+        self.parting
+    }
+
+    /// Whether what the last step has stopped is a loss: where steps are made once more, what does not matter is none.
+    pub(super) fn counts(&self) -> bool {
+        !self.resolves || matters(&self.parting)
     }
 
     /// The last step was made once more and has lost nothing. Accelerations of vibrations that steps do not resolve would feed the next

@@ -76,6 +76,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             let (ends, unilateral) = self.stepper.tried();
             unilateral.unsettled = 0;
             unilateral.follow_impact(model_of(self.system), &ends)?;
+            unilateral.follow_parting(model_of(self.system), &ends)?;
             self.accept()?;
             return Ok(Ok(()));
         }
@@ -156,9 +157,12 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             true => unilateral.unsettled.saturating_sub(1).max(1),
             false => unilateral.unsettled.saturating_sub(1),
         };
+        unilateral.follow_parting(model, &ends)?;
         if model.is_touched() {
             let Ends { t: [_, t], h, .. } = ends;
-            if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h) {
+            if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
+                && unilateral.counts()
+            {
                 unilateral.impacts.count(t, &impact);
             }
         } else {
@@ -169,8 +173,6 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
     }
 
     fn accept(&mut self) -> Result<(), Interrupted> {
-        let (ends, unilateral) = self.stepper.tried();
-        unilateral.follow_flight(model_of(self.system), &ends)?;
         self.stepper.accept(self.system)?;
         let unilateral = self.unilateral();
         unilateral.touches = unilateral.will_touch;

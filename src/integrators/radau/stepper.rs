@@ -207,6 +207,11 @@ impl Stepper {
         }
     }
 
+    /// Size of the next step, before it is tried; from the start on.
+    pub(crate) fn next_step(&mut self) -> &mut f64 {
+        &mut self.h
+    }
+
     /// Goes on to a later end, whatever the status was.
     pub(crate) fn extend_to(&mut self, t_end: f64) {
         (self.status, self.t_end) = (None, t_end);

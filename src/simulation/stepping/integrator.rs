@@ -1,7 +1,7 @@
 //! A model with the stepper of a method: the common interface of all methods.
 
 use super::method::Method;
-use super::resolving::{Resolved, Resolving};
+use super::resolving::{Resolved, Resolving, Step};
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput};
@@ -125,25 +125,25 @@ impl<M: Model> Integrator<M> {
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
-        let matters = resolving.goes_on() || Resolving::matters(stepper.unilateral().flight());
-        resolving.go_on(false);
-        if !matters {
+        let parting = stepper.unilateral().parting();
+        let (t_span, [q, v]) = ((stepper.t_old(), stepper.t()), stepper.before());
+        let (changes, h) = ([v, stepper.v()], t_span.1 - t_span.0);
+        let Some(impact) = resolving.impact_to_follow(&parting, model.facts(), changes, h) else {
             return Ok(None);
-        }
+        };
         let allowed = resolving.allowed(model.facts(), &stepper.counters());
         if allowed == 0 {
             return Ok(None);
         }
-        let t_span = (stepper.t_old(), stepper.t());
-        let (resolved, work) = resolving.resolve(model, t_span, stepper.before(), stepper.v(), allowed)?;
+        let step = Step { t_span, before: [q, v], impact };
+        let (resolved, work) = resolving.resolve(model, &step, allowed)?;
         stepper.add_work(&work);
         let Some(Resolved { motion: [q, v, a], flow, touches }) = resolved else { return Ok(None) };
         stepper.end_instead([&q, &v, &a], touches);
         if touches {
             model.set_time(t_span.1)?;
             // Until surfaces let go.
-            let flight = model.flight(&v, [&q, &v, &a[..q.len()]], 0.0, t_span.1 - t_span.0);
-            resolving.go_on(Resolving::matters(flight));
+            resolving.go_on(&model.parting(&v, [&q, &v, &a[..q.len()]], 0.0, t_span.1 - t_span.0));
         }
         Ok(Some(flow))
     }

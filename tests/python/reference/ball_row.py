@@ -1,11 +1,14 @@
-"""Balls in a row without weight, which push each other apart by Hunt and Crossley's law: free flights in closed form, contacts by SciPy."""
+"""Balls in a row without weight, by Hunt and Crossley's law: free flights in closed form, contacts by SciPy."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
 
 class BallRow:
-    """Balls of these masses on a line, all of one radius; neighbours meet by the force k d max(0, 1 + c d') in the overlap d."""
+    """Balls of these masses on a line, all of one radius.
+
+    Neighbours push each other apart by the force k d max(0, 1 + c d') in the overlap d.
+    """
 
     def __init__(self, masses, radius, stiffness, dissipation=0.0):
         self.masses = np.asarray(masses, dtype=float)

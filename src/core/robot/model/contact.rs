@@ -3,8 +3,8 @@
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
 use crate::model::springs::Cords;
 use crate::model::{
-    Beside, Dynamics as _, Flaw, ForwardScratch, Impact, InContact, InImpact, Overlap, Radius, Reached,
-    Sprung as _, chart,
+    Beside, Dynamics as _, Flaw, ForwardScratch, Impact, InContact, InImpact, Overlap, Parting, Radius,
+    Reached, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::Hardest;
@@ -173,7 +173,7 @@ impl InImpact for RobotModel {
         coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
     }
 
-    fn flight(&mut self, qd_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> f64 {
+    fn parting(&mut self, qd_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Parting {
         let Self { sweeps, coordinates, .. } = self;
         let [q, qd, _] = motion;
         let may_part = coordinates.all(
@@ -181,7 +181,7 @@ impl InImpact for RobotModel {
             |[q, qd_before, qd]| on_sweeps!(sweeps, sweeps => sweeps.may_part([q, qd_before, qd], h)),
         );
         if !may_part {
-            return 0.0;
+            return Parting::default();
         }
         let mut unpushed = vec![0.0; q.len()];
         let mut scratch = ForwardScratch::of(self);
@@ -189,14 +189,16 @@ impl InImpact for RobotModel {
         let found = self.forward_dynamics(q, qd, &mut unpushed, &mut scratch);
         self.leave_contact(false);
         if found.is_err() {
-            return 0.0;
+            return Parting::default();
         }
         self.note_rates(qd_before, motion);
-        let Self { sweeps, coordinates, .. } = self;
+        let Self { sweeps, coordinates, facts, .. } = self;
         coordinates.all([q, qd, &unpushed], |motion| {
             on_sweeps!(sweeps, sweeps => sweeps.note_openings(motion));
         });
-        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.flight(motion, since, h)))
+        let by_weight = facts.is_discretised;
+        coordinates
+            .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.parting(motion, since, h, by_weight)))
     }
 
     fn take_touched(&mut self) -> bool {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Overlap, Radius, Reached};
+use crate::model::{Overlap, Parting, Radius, Reached};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
@@ -177,10 +177,10 @@ impl<G: Turning> Sweeps<G> {
         query::note_openings(&self.plan, &mut self.work);
     }
 
-    /// For how many steps of size `h` surfaces that touch in a motion of the same shape part again at most.
-    pub(crate) fn flight(&mut self, motion: [&[f64]; 3], since: f64, h: f64) -> f64 {
+    /// How surfaces that touch in a motion of the same shape part again, in steps of size `h`.
+    pub(crate) fn parting(&mut self, motion: [&[f64]; 3], since: f64, h: f64, by_weight: bool) -> Parting {
         self.update_motion(motion);
-        query::flight(&self.plan, &self.work, since, h)
+        query::parting(&self.plan, &self.work, since, h, by_weight)
     }
 
     /// The hardest impact in a step that ends in a motion of the same shape.

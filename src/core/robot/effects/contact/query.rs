@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::model::REACHED;
+use crate::model::{Parting, REACHED};
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
@@ -106,33 +106,53 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
     work.effects.contact.openings = openings;
 }
 
-/// For how many steps of size `h` surfaces part again at most, of those whose impacts take less than ten such steps. The motion at the
-/// end of a step is up to date; noted are the rates of their distances at its beginning, the time `since` ago, and the
+/// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
+/// date; noted are the rates of their distances at its beginning, the time `since` ago, and the
 /// accelerations with which they open without contact forces.
 ///
 /// A pair alone obeys `d'' = a - omega^2 d` in its overlap d, if a presses it together: it leaves with the speed u of
-/// `u^2 = d'^2 + (omega^2 d - 2 a) d`, and comes back after `2 u / a`. That is told by what takes part, in any frame.
-pub(crate) fn flight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, since: f64, h: f64) -> f64 {
+/// `u^2 = d'^2 + (omega^2 d - 2 a) d`, and comes back after `2 u / a`. That is told by what takes part, in any frame. Where rods bend, `by_weight`,
+/// a is that of the weight: what a compressed rod does to its end lasts no longer than its waves.
+pub(crate) fn parting<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    since: f64,
+    h: f64,
+    by_weight: bool,
+) -> Parting {
     let contact = &work.effects.contact;
     let noted = contact.rates.iter().zip(&contact.openings);
-    let mut longest: f64 = 0.0;
+    let mut found = Parting::default();
     for (t, (touch, (&before, &unpushed))) in contact.touches.iter().zip(noted).enumerate() {
         let overlap = touch.meeting.overlap;
         let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.pressing.stiffening());
         let is_coarse = h * h * stiffness > COARSE;
+        let pressing = if by_weight { pressing_weight(plan, work, touch) } else { -unpushed };
         let began = (overlap + 0.5 * since * (before + touch.pressing.rate)).max(0.0);
-        let square = before * before + (stiffness * began + 2.0 * unpushed) * began;
+        let square = before * before + (stiffness * began - 2.0 * pressing) * began;
         if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
             continue;
         }
         let speed = square.sqrt();
         let leaving = speed * rebound(touch.meeting.law.dissipation * speed);
         if leaving * h > REACHED * plan.effects.contacts.pairs[touch.pair].thickness {
-            let presses = (-unpushed).max(0.0);
-            longest = longest.max(2.0 * leaving / (presses * h));
+            let (flight, impact) = (2.0 * leaving / (pressing.max(0.0) * h), PI / stiffness.sqrt());
+            found = found.and(Parting { flight, impact, speed: leaving });
         }
     }
-    longest
+    found
+}
+
+/// The acceleration with which the weight alone presses the surfaces of a touch together.
+fn pressing_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch) -> f64 {
+    let falls = |side: &Standing| match *side {
+        Standing::Still => false,
+        Standing::On(fixture) => plan.effects.contacts.fixtures[fixture].point.is_some(),
+        Standing::Along { .. } => true,
+    };
+    let [first, second] = touch.sides.each_ref().map(|side| f64::from(u8::from(falls(side))));
+    let gravity = G::in_space(plan.frame, work.surroundings.gravity);
+    touch.meeting.normal.dot(gravity) * (second - first)
 }
 
 /// The acceleration with which the surfaces of a touch open.
@@ -156,16 +176,23 @@ pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     /// Steps of an impact, which takes `pi / omega`: they give back more than nine tenths of its energy.
     const STEPS: f64 = 20.0;
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
-    let (t, (touch, &before)) = touches.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
-    let opening = opening(plan, work, t);
-    if before >= 0.0 || opening <= 0.0 {
+    let (t, (touch, &before)) = touches.clone().min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
+    if before >= 0.0 {
         return None;
     }
+    let square = |t: usize, touch: &Touch| {
+        let opening = opening(plan, work, t);
+        (opening > 0.0).then(|| touch.meeting.overlap * touch.pressing.stiffening() / opening)
+    };
+    // Those that are stopped between others need not open.
+    let is_stopped = touch.pressing.rate - before > MOST_LOST * before.abs();
+    let of_others = || touches.filter_map(|(t, (touch, _))| square(t, touch)).reduce(f64::min);
+    let square = square(t, touch).or_else(|| if is_stopped { of_others() } else { None })?;
     let Law { dissipation, .. } = touch.meeting.law;
     Some(Hardest {
         contact: plan.effects.contacts.pairs[touch.pair].contact,
         rebound: rebound(-dissipation * before),
-        longest: PI / STEPS * (touch.meeting.overlap * touch.pressing.stiffening() / opening).sqrt(),
+        longest: PI / STEPS * square.sqrt(),
     })
 }
 
