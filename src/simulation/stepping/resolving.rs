@@ -108,8 +108,10 @@ impl Resolving {
         let changes = before.iter().zip(found).map(|(before, found)| (found - before).abs());
         let largest = changes.clone().zip(sizes).map(|(change, size)| change / size);
         let largest = largest.fold((parting.speed / facts.length).max(ROUNDING / h), f64::max);
+        // Norms of errors are means of all coordinates, of which few may take part.
+        let single = TOLERANCE / (sizes.len() as f64).sqrt();
         for ((tolerance, change), size) in self.tolerances.iter_mut().zip(changes).zip(sizes) {
-            *tolerance = tolerance.max(TOLERANCE * change.max(HARDLY * largest * size));
+            *tolerance = tolerance.max(single * change.max(HARDLY * largest * size));
         }
         Some(if matters(parting) { parting.impact } else { going_on })
     }

@@ -1,4 +1,4 @@
-"""Which impacts fixed steps resolve: those that matter to what takes part in them, in any frame and any units."""
+"""Which impacts fixed steps resolve: those that matter to what takes part, in any frame and any units."""
 
 import itertools
 import warnings
@@ -91,39 +91,52 @@ def test_impacts_that_follow_each_other_lose_what_their_law_says():
         assert_allclose(result.v[-1] - frame, expected, atol=2e-3)
 
 
-def random_row(number):
+def random_row(number, count, decades):
+    """A row whose masses differ by up to so many decades, and its start."""
     random = np.random.default_rng(number)
-    count = random.integers(2, 6)
-    balls = BallRow(
-        10.0 ** random.uniform(-3, 3, count),
-        RADIUS,
-        10.0 ** random.uniform(4, 8),
-        random.choice([0.0, 0.1]),
-    )
-    x = places(10.0 ** random.uniform(-4, -1, count - 1))
+    masses = 10.0 ** random.uniform(-decades / 2, decades / 2, count)
+    balls = BallRow(masses, 0.5, 10.0 ** random.uniform(4, 8), random.choice([0.0, 0.1]))
+    gaps = 10.0 ** random.uniform(-4, -1, count - 1)
+    x = np.concatenate([[0.0], np.cumsum(2 * balls.radius + gaps)])
     v = random.uniform(-1, 1, count)
     v[0] += 2.0
     return balls, x, v, 10.0 ** random.uniform(-3, -2), random.choice([0.0, 100.0])
 
 
-@pytest.mark.parametrize("number", range(40))
-def test_rows_of_balls(number):
-    """Velocities by a reference that solves for contacts alone, in the measure of their energy."""
-    balls, x, v, dt, frame = random_row(number)
-    duration = 30 * dt
-    x_expected, v_expected, _ = balls.run(x, v, duration)
+def simulated(balls, x, v, dt, frame):
     with warnings.catch_warnings():
-        # Impacts that would take too much work.
+        # Of impacts that would take too much work.
         warnings.simplefilter("ignore", lissom.AccuracyWarning)
-        result = lissom.simulate(row(balls), duration, dt=dt, q0=x, v0=v + frame)
-    found = result.v[-1] - frame
+        result = lissom.simulate(row(balls), 30 * dt, dt=dt, q0=x, v0=v + frame)
+    assert result.status == "finished"
+    return result, result.v[-1] - frame
+
+
+@pytest.mark.parametrize(
+    ("number", "count", "decades"),
+    [*[(k, 2, 6) for k in range(20)], *[(k, 3, 2) for k in range(20)], *[(k, 4, 1) for k in range(20)]],
+)
+def test_rows_of_balls(number, count, decades):
+    """Against a reference that solves for contacts alone; velocities in the measure of their energy."""
+    balls, x, v, dt, frame = random_row(number, count, decades)
+    x_expected, expected, _ = balls.run(x, v, 30 * dt)
+    result, found = simulated(balls, x, v, dt, frame)
     scale = balls.energy(x, v)
-    assert_allclose(balls.masses @ found, balls.masses @ v, atol=1e-6 * balls.masses @ np.abs(v))
-    energy = balls.energy(result.q[-1], found)
-    assert energy < (1 + 1e-3) * balls.energy(x_expected, v_expected) + 1e-3 * scale
-    if result.doubt is None:
-        difference = found - v_expected
-        assert 0.5 * balls.masses @ difference**2 < 1e-3 * scale
+    # Steps that follow impacts of ten and more steps lose or gain up to a hundredth or two.
+    assert_allclose(
+        balls.energy(result.q[-1], found), balls.energy(x_expected, expected), rtol=2e-2, atol=1e-3 * scale
+    )
+    assert 0.5 * balls.masses @ (found - expected) ** 2 < 2e-3 * scale
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_rows_of_light_and_heavy_balls_gain_nothing(number):
+    """Light ones that bounce between heavy ones: more impacts in a step than may be resolved."""
+    balls, x, v, dt, frame = random_row(100 + number, 3 + number % 3, 6)
+    result, found = simulated(balls, x, v, dt, frame)
+    scale = balls.masses @ np.abs(v)
+    assert_allclose(balls.masses @ found, balls.masses @ v, atol=1e-6 * scale)
+    assert balls.energy(result.q[-1], found) < 1.01 * balls.energy(x, v)
 
 
 @pytest.mark.parametrize("dt", [1e-2, 3e-3, 1e-3])

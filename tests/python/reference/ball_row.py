@@ -1,4 +1,4 @@
-"""Balls in a row without weight, by Hunt and Crossley's law: free flights in closed form, contacts by SciPy."""
+"""Balls in a row without weight, by Hunt and Crossley's law: flights in closed form, contacts by SciPy."""
 
 import numpy as np
 from scipy.integrate import solve_ivp
