@@ -2,6 +2,7 @@
 //! the generic code of the crate again: `cargo test --test crate newmark::` runs one file of it.
 
 mod actuators;
+mod contact;
 mod limits;
 mod newmark;
 mod ode;

@@ -1,6 +1,6 @@
 //! Surfaces and springs of a model that act one way only.
 
-use super::{Approach, Beside, Dynamics, Flaw, Impact, Radius, Resolution};
+use super::{Beside, Dynamics, Flaw, Impact, Parting, Radius};
 use crate::numerics::linalg::Matrix;
 
 /// Surfaces and stops count as exactly reached up to this part of the lengths of which their gap is a difference: ten times the
@@ -106,12 +106,13 @@ pub trait InImpact: InContact {
     /// Whether any surfaces overlap in a shape.
     fn overlaps(&mut self, q: &[f64]) -> bool;
 
-    /// How a step of size `h`, in seconds, from the coordinates and velocities `before` to the given motion sees the impacts in it.
-    fn resolution(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Resolution;
+    /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to the given motion is too hard
+    /// for the step.
+    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;
 
-    /// What impacts that take no more than a few steps have before them or in them at the end of such a step; `None` where there
-    /// are none.
-    fn approach(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Approach>;
+    /// How surfaces that touch in a motion part again, of those whose impacts take less than ten steps of size `h`, in seconds: by the
+    /// velocities `v_before` that the time `since` ago had. Allocates where surfaces approach each other.
+    fn parting(&mut self, v_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Parting;
 
     /// Whether surfaces have touched in any state evaluated since the last call.
     fn take_touched(&mut self) -> bool;

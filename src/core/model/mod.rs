@@ -47,7 +47,7 @@ pub use forward::{ForwardScratch, SingularMass, Tree};
 pub(crate) use in_contact::REACHED;
 pub use in_contact::{InContact, InImpact, Overlap, Reached};
 pub use in_time::{Excitation, InTime};
-pub use passing::{Approach, Beside, Holding, Impact, Resolution};
+pub use passing::{Beside, Holding, Impact, Parting};
 #[doc(hidden)]
 pub use passing::{have_missed, have_passed, may_miss};
 #[doc(hidden)]

@@ -32,29 +32,27 @@ pub struct Impact {
     pub longest: f64,
 }
 
-/// How a step sees the impacts in it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Resolution {
-    /// Nothing meets, or what does is followed by many steps.
-    #[default]
-    Fine,
-    /// An impact takes a few steps, which see too little of how forces rise and fall.
-    Coarse,
-    /// An impact is too hard for the step.
-    Unresolved,
+/// How surfaces that meet, or are pressed, part again in steps of one size.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Parting {
+    /// For how many steps they do at most: zero if none do, infinite if nothing presses them together.
+    pub flight: f64,
+    /// How long the shortest of these impacts takes, in seconds; zero if there are none.
+    pub impact: f64,
+    /// The highest speed with which they do, in metres a second.
+    pub speed: f64,
 }
 
-/// What is pressed, or about to be, in the impacts of a state that take no more than a few steps.
-#[derive(Clone, Copy, Debug)]
-pub struct Approach {
-    /// Kinetic energy with which surfaces approach each other, as far as the contact gives it back, in joules.
-    pub closing: f64,
-    /// Energy of overlaps, in joules.
-    pub pressed: f64,
-    /// Kinetic energy of what takes part before the step, in joules.
-    pub kinetic: f64,
-    /// Elastic energy, overlaps included, in joules.
-    pub elastic: f64,
+impl Parting {
+    /// That of both.
+    pub fn and(self, other: Self) -> Self {
+        let impact = if self.impact == 0.0 || other.impact == 0.0 {
+            self.impact.max(other.impact)
+        } else {
+            self.impact.min(other.impact)
+        };
+        Self { flight: self.flight.max(other.flight), impact, speed: self.speed.max(other.speed) }
+    }
 }
 
 /// What a gain of energy is compared with.

@@ -1,9 +1,9 @@
 //! Words for what a model of one's own does not have.
 
 use super::{
-    Approach, Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact,
-    InTime, InertiaMatrix, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Resolution, Sprung,
-    Switch, Tied,
+    Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
+    InertiaMatrix, MissingStrain, OneSided, Overlap, Parting, Radius, Reached, Refinable, Sprung, Switch,
+    Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -210,12 +210,12 @@ impl<M: Smooth> InImpact for M {
         false
     }
 
-    fn resolution(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> Resolution {
-        Resolution::Fine
+    fn is_jolted(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
+        false
     }
 
-    fn approach(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> Option<Approach> {
-        None
+    fn parting(&mut self, _v_before: &[f64], _motion: [&[f64]; 3], _since: f64, _h: f64) -> Parting {
+        Parting::default()
     }
 
     fn take_touched(&mut self) -> bool {

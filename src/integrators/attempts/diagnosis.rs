@@ -4,8 +4,7 @@ use super::impacts::{Impacts, Remedy};
 use crate::error::{Interrupted, Number};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Approach, Beside, Facts, Flaw, Holding, Model, Pressed, Radius, Resolution, have_missed, have_passed,
-    may_miss,
+    Beside, Facts, Flaw, Holding, Model, Parting, Pressed, Radius, have_missed, have_passed, may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -17,6 +16,15 @@ const STEPS_AFTER_STOP: usize = 2;
 /// Accelerations that change in a step by more than this part of the largest kinetic energy, as that of the velocity they gain in it, are those
 /// of vibrations that it does not resolve.
 const EXCITED: f64 = 1e-3;
+
+/// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
+/// what a step without memory does.
+const FLIGHT: f64 = 4.0;
+
+/// Whether impacts matter after which surfaces part so: told by what takes part in them alone, in any frame.
+pub(crate) fn matters(parting: &Parting) -> bool {
+    parting.flight > FLIGHT
+}
 
 /// What is wrong with a step that is tried: the first of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,12 +105,13 @@ pub(crate) struct Unilateral {
     /// Whether they touched in any state that was tried for it.
     pub(crate) has_touched: bool,
     pub(super) impacts: Impacts,
-    /// How the last step sees its impacts, unless it is one without memory.
-    resolution: Resolution,
+    /// Whether steps of fixed size are made once more where impacts matter; if so, the size of the last one, and how the surfaces that
+    /// meet in it would part again.
+    resolves: bool,
+    size: f64,
+    parting: Parting,
     /// Whether the last step was made once more by a method that resolves its impacts.
     pub(super) resumes: bool,
-    /// Whether the last step was made in parts.
-    pub(super) is_in_parts: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
     /// Steps without inertia in which the shape has snapped to another one, and the end of the first of them.
@@ -201,9 +210,9 @@ impl Unilateral {
             return Ok(false);
         }
         let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
-        self.resolution = model.resolution(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
+        let is_jolted = model.is_jolted(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
         self.will_touch = model.is_touched();
-        Ok(self.resolution == Resolution::Unresolved || self.gains_energy(model, ends, Beside::Motion)?)
+        Ok(is_jolted || self.gains_energy(model, ends, Beside::Motion)?)
     }
 
     /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the step gain energy:
@@ -281,34 +290,39 @@ impl Unilateral {
         self.holding = None;
     }
 
+    /// Steps of fixed size are made once more where impacts matter, or not.
+    pub(crate) fn set_resolving(&mut self, resolves: bool) {
+        self.resolves = resolves;
+    }
+
     /// A step of fixed size begins.
-    pub(super) fn begin_step(&mut self) {
+    pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
-        self.resolution = Resolution::Fine;
-        self.is_in_parts = false;
+        (self.size, self.parting) = (h, Parting::default());
     }
 
-    /// Whether the last step was made in parts: what has met in one of them need not touch at the end.
-    pub(crate) fn is_in_parts(&self) -> bool {
-        self.is_in_parts
+    /// Takes note of how what meets in a step, or in a part of one, would part again.
+    pub(super) fn follow_parting<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<(), Interrupted> {
+        if self.resolves && self.will_touch {
+            let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
+            let parting = model.parting(ends.v[0], [ends.q[1], ends.v[1], a], ends.h, self.size);
+            self.parting = self.parting.and(parting);
+        }
+        Ok(())
     }
 
-    /// Whether an impact in the last step takes only a few steps.
-    pub(crate) fn is_coarse(&self) -> bool {
-        self.resolution == Resolution::Coarse
+    /// How what has met in the last step of fixed size would part again.
+    pub(crate) fn parting(&self) -> Parting {
+        self.parting
     }
 
-    /// Takes note of what impacts that take a few steps have before them; which part of the largest kinetic energy in an impact so far
-    /// they would give back, `with` what is pressed already.
-    pub(crate) fn note_approach(&mut self, approach: &Approach, with_pressed: bool) -> f64 {
-        let largest = self.impacts.note_sizes(approach.kinetic, approach.elastic);
-        let energy = approach.closing + if with_pressed { approach.pressed } else { 0.0 };
-        if energy > 0.0 { energy / largest } else { 0.0 }
-    }
-
-    /// What the last step of fixed size has stopped that would rebound: its energy over the largest kinetic energy in an impact so far.
-    pub(crate) fn stopped(&self) -> f64 {
-        self.impacts.lost_since(&self.impacts_before)
+    /// Whether what the last step has stopped is a loss: where steps are made once more, what does not matter is none.
+    pub(super) fn counts(&self) -> bool {
+        !self.resolves || matters(&self.parting)
     }
 
     /// The last step was made once more and has lost nothing. Accelerations of vibrations that steps do not resolve would feed the next

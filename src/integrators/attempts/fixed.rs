@@ -57,7 +57,7 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
         return ladder.step_without_inertia(t_new, h);
     }
     if is_one_sided {
-        ladder.unilateral().begin_step();
+        ladder.unilateral().begin_step(h);
         return ladder.step(t_new, h);
     }
     match ladder.part(t_new, h, Memory::Kept)? {
@@ -88,6 +88,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             let (ends, unilateral) = self.stepper.tried();
             unilateral.unsettled = 0;
             unilateral.follow_impact(model_of(self.system), &ends)?;
+            unilateral.follow_parting(model_of(self.system), &ends)?;
             self.accept()?;
             return Ok(Ok(()));
         }
@@ -101,7 +102,6 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         // friction need that (`test_contact_hard`), and what would pass through each other (`test_contact_passing`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS)?.is_ok() {
             let unilateral = self.unilateral();
-            unilateral.is_in_parts = true;
             unilateral.unsettled = unilateral.unsettled.max(1);
             return Ok(Ok(()));
         }
@@ -198,9 +198,12 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             true => unilateral.unsettled.saturating_sub(1).max(1),
             false => unilateral.unsettled.saturating_sub(1),
         };
+        unilateral.follow_parting(model, &ends)?;
         if model.is_touched() {
             let Ends { t: [_, t], h, .. } = ends;
-            if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h) {
+            if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
+                && unilateral.counts()
+            {
                 unilateral.impacts.count(t, &impact);
             }
         } else {

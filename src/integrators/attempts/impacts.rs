@@ -79,19 +79,6 @@ impl Impacts {
         self.kinetic
     }
 
-    /// Takes note of the energies at an impact; what losses are compared with.
-    pub(super) fn note_sizes(&mut self, kinetic: f64, elastic: f64) -> f64 {
-        self.kinetic = self.kinetic.max(kinetic);
-        self.elastic = self.elastic.max(elastic);
-        self.kinetic.max(self.elastic)
-    }
-
-    /// What they have lost since, over the largest kinetic energy in an impact, or elastic one.
-    pub(super) fn lost_since(&self, before: &Self) -> f64 {
-        let lost = self.lost - before.lost;
-        if lost > 0.0 { lost / self.kinetic.max(self.elastic) } else { 0.0 }
-    }
-
     /// As before these losses, but for the sizes to which losses are compared.
     pub(super) fn without_losses_since(&self, before: &Self) -> Self {
         Self { kinetic: self.kinetic, elastic: self.elastic, ..*before }

@@ -98,6 +98,12 @@ impl Stepper {
         })
     }
 
+    /// Iterations go as far as this relative tolerance asks for, where tolerances are absolute ones. Before the first step.
+    pub(crate) fn set_accuracy(&mut self, rtol: f64) {
+        self.smallest_rtol = rtol;
+        self.stages = Stages::new(self.q.len(), 0, rtol);
+    }
+
     /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] calls this if
     /// necessary. Returns `Some(status)` if there are no accelerations.
     pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
@@ -199,6 +205,11 @@ impl Stepper {
             self.stages.forget_last();
             self.tangents_are_wanted = true;
         }
+    }
+
+    /// Size of the next step, before it is tried; from the start on.
+    pub(crate) fn next_step(&mut self) -> &mut f64 {
+        &mut self.h
     }
 
     /// Goes on to a later end, whatever the status was.

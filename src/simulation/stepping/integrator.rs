@@ -1,7 +1,7 @@
 //! A model with the stepper of a method: the common interface of all methods.
 
 use super::method::Method;
-use super::resolving::{Resolved, Resolving};
+use super::resolving::{Resolved, Resolving, Step};
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
@@ -125,32 +125,25 @@ impl<M: Model> Integrator<M> {
         resolving: &mut Resolving,
     ) -> Result<Option<[f64; 2]>, Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
-        let may_matter = Resolving::matters(stepper.stopped()) || stepper.unilateral_mut().is_coarse();
-        // Where hardly anything approaches, steps lose the energy of what slides and sticks.
-        let matters = resolving.goes_on()
-            || may_matter
-                && (stepper.unilateral_mut().is_in_parts()
-                    || Resolving::matters(approaching(model, stepper)?));
-        resolving.go_on(false);
-        if !matters {
+        let parting = stepper.unilateral().parting();
+        let (t_span, [q, v]) = ((stepper.t_old(), stepper.t()), stepper.before());
+        let (changes, h) = ([v, stepper.v()], t_span.1 - t_span.0);
+        let Some(impact) = resolving.impact_to_follow(&parting, model.facts(), changes, h) else {
             return Ok(None);
-        }
+        };
         let allowed = resolving.allowed(model.facts(), &stepper.counters());
         if allowed == 0 {
             return Ok(None);
         }
-        let t_span = (stepper.t_old(), stepper.t());
-        let (resolved, work) = resolving.resolve(model, t_span, stepper.before(), allowed)?;
+        let step = Step { t_span, before: [q, v], impact };
+        let (resolved, work) = resolving.resolve(model, &step, allowed)?;
         stepper.add_work(&work);
         let Some(Resolved { motion: [q, v, a], flow, touches }) = resolved else { return Ok(None) };
         stepper.end_instead([&q, &v, &a], touches);
         if touches {
             model.set_time(t_span.1)?;
-            let a = &a[..q.len()];
-            // Until surfaces let go, also where forces are as small as near the end of an impact.
-            let found = model.approach([&q, &v], [&q, &v, a], WITHIN * (t_span.1 - t_span.0));
-            let part = found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, true));
-            resolving.go_on(Resolving::is_left(part));
+            // Until surfaces let go.
+            resolving.go_on(&model.parting(&v, [&q, &v, &a[..q.len()]], 0.0, t_span.1 - t_span.0));
         }
         Ok(Some(flow))
     }
@@ -489,17 +482,6 @@ pub(super) fn without_inertia<M: Model>(model: M, v0: &[f64]) -> Result<M, Inval
     check.require(slowed.is_some(), "method", "without inertia, of another model", expected);
     check.finish()?;
     Ok(slowed.expect("it was checked"))
-}
-
-/// An impact goes on as long as it would in steps so many times as long.
-const WITHIN: f64 = 2.0;
-
-/// What the impacts of the last step, which takes few steps for them, would give back of the largest kinetic energy in one.
-fn approaching<M: Model>(model: &mut M, stepper: &mut newmark::Stepper) -> Result<f64, Interrupted> {
-    let (t, motion) = stepper.state();
-    model.set_time(t)?;
-    let found = model.approach(stepper.before(), motion, t - stepper.t_old());
-    Ok(found.map_or(0.0, |found| stepper.unilateral_mut().note_approach(&found, false)))
 }
 
 fn of_second_order(

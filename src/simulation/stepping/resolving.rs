@@ -5,23 +5,31 @@
 //! only the steps in which something rebounds take shorter ones, by Radau's method with an error estimate.
 
 use crate::error::Interrupted;
+use crate::integrators::attempts::matters;
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
-use crate::model::{Facts, Model};
+use crate::model::{Facts, Model, Parting};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, Rule, State};
 
-/// Impacts matter that would give back this part of the largest kinetic energy in an impact so far.
-const MATTERS: f64 = 1e-3;
-
-/// Within an impact that matters, this part of that is followed too: where surfaces let go, speeds are high and forces small.
-const LEFT: f64 = 1e-2;
-
-/// Relative tolerance of the steps within: balls rebound with 1.0000 of their energy, and none is gained but 2e-4.
+/// Tolerance of the steps within, relative to what the step changes velocities by: balls rebound with 1.0000 of their energy, and none is
+/// gained but 2e-4. So is that of displacements, relative to these changes times the step.
 const TOLERANCE: f64 = 1e-4;
 
-/// Absolute tolerance of displacements in their typical sizes, and of velocities in these per step: overlaps are small beside them.
-const SMALLEST: f64 = 1e-8;
+/// Velocities count as changed by this part of the largest change, all in typical sizes: what hardly takes part needs no digits.
+const HARDLY: f64 = 1e-4;
+
+/// The first step within an impact is that part of it.
+const FIRST: f64 = 0.1;
+
+/// The time at which surfaces meet is found to that part of an impact.
+const AT_TOUCH: f64 = 1e-3;
+
+/// Halvings of a way at most until then.
+const MOST_HALVINGS: usize = 40;
+
+/// Numbers of this size relative to places and velocities are rounding, also of those that move along.
+const ROUNDING: f64 = 1e-12;
 
 /// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
 /// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
@@ -34,7 +42,7 @@ const OTHERS: usize = 2;
 const CHEAPER: usize = 4;
 
 /// How far impacts are resolved in a run.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Resolving {
     /// Evaluations so far.
     used: usize,
@@ -42,8 +50,18 @@ pub(super) struct Resolving {
     in_vain: usize,
     /// Whether an impact that matters has not been resolved, because of its work.
     is_exhausted: bool,
-    /// Whether the last step was resolved and ended within an impact: what is pressed is yet to be given back.
-    goes_on: bool,
+    /// If the last step was resolved and ended within an impact, how long that takes, in seconds: what is pressed is yet to be given back.
+    going_on: f64,
+    /// Tolerances of velocities in the last step that was resolved.
+    tolerances: Vec<f64>,
+}
+
+/// A step to be made once more: its times, the displacements and velocities that it began with, and how long the shortest impact in it
+/// takes.
+pub(super) struct Step<'a> {
+    pub(super) t_span: (f64, f64),
+    pub(super) before: [&'a [f64]; 2],
+    pub(super) impact: f64,
 }
 
 /// A step made once more.
@@ -64,24 +82,43 @@ fn work_of(counters: &Counters) -> usize {
 }
 
 impl Resolving {
-    /// Whether this part of the largest kinetic energy in an impact matters.
-    pub(super) fn matters(part: f64) -> bool {
-        part > MATTERS
+    /// Of a run of `n` coordinates that has resolved nothing yet.
+    pub(super) fn new(n: usize) -> Self {
+        Self { used: 0, in_vain: 0, is_exhausted: false, going_on: 0.0, tolerances: vec![0.0; n] }
     }
 
-    /// Whether this part of it is left to be given back, within an impact that matters.
-    pub(super) fn is_left(part: f64) -> bool {
-        part > LEFT * MATTERS
+    /// How long impacts take, in seconds, for which the last step is made once more; nothing where none matter. The step has led from the
+    /// velocities `before` to those that it `found`, `h` later.
+    pub(super) fn impact_to_follow(
+        &mut self,
+        parting: &Parting,
+        facts: &Facts,
+        [before, found]: [&[f64]; 2],
+        h: f64,
+    ) -> Option<f64> {
+        let going_on = std::mem::take(&mut self.going_on);
+        if !matters(parting) && going_on == 0.0 {
+            return None;
+        }
+        if going_on == 0.0 {
+            self.tolerances.fill(0.0);
+        }
+        // Where surfaces let go velocities hardly change any more.
+        let sizes = &facts.typical_coordinates;
+        let changes = before.iter().zip(found).map(|(before, found)| (found - before).abs());
+        let largest = changes.clone().zip(sizes).map(|(change, size)| change / size);
+        let largest = largest.fold((parting.speed / facts.length).max(ROUNDING / h), f64::max);
+        // Norms of errors are means of all coordinates, of which few may take part.
+        let single = TOLERANCE / (sizes.len() as f64).sqrt();
+        for ((tolerance, change), size) in self.tolerances.iter_mut().zip(changes).zip(sizes) {
+            *tolerance = tolerance.max(single * change.max(HARDLY * largest * size));
+        }
+        Some(if matters(parting) { parting.impact } else { going_on })
     }
 
-    /// Whether the step follows on one that was resolved and ended within an impact.
-    pub(super) fn goes_on(&self) -> bool {
-        self.goes_on
-    }
-
-    /// The last step ended within an impact, or not.
-    pub(super) fn go_on(&mut self, is_within: bool) {
-        self.goes_on = is_within;
+    /// What touches at the end of a resolved step parts so.
+    pub(super) fn go_on(&mut self, parting: &Parting) {
+        self.going_on = if matters(parting) { parting.impact } else { 0.0 };
     }
 
     /// Whether impacts that matter have not been resolved, because that would have taken too much work.
@@ -101,26 +138,38 @@ impl Resolving {
         allowed
     }
 
-    /// The step of `model` from these displacements and velocities, with what it took; nothing where it takes more evaluations than
-    /// are allowed.
+    /// The step of `model` made once more, with what it took; nothing where it takes more evaluations than are allowed.
     pub(super) fn resolve<M: Model>(
         &mut self,
         model: &mut M,
-        t_span: (f64, f64),
-        [q, v]: [&[f64]; 2],
+        &Step { t_span, before: [q, v], impact }: &Step<'_>,
         allowed: usize,
     ) -> Result<(Option<Resolved>, Counters), Interrupted> {
         let (n, h) = (q.len(), t_span.1 - t_span.0);
-        let sizes = model.facts().typical_coordinates.iter().map(|size| SMALLEST * size);
-        let atol: Vec<f64> = sizes.clone().chain(sizes.map(|size| size / h)).collect();
+        let of_places = self.tolerances.iter().map(|tolerance| h * tolerance);
+        let atol: Vec<f64> = of_places.chain(self.tolerances.iter().copied()).collect();
         let options =
-            radau::Options { rtol: TOLERANCE.into(), atol: atol.into(), ..radau::Options::default() };
+            radau::Options { rtol: ROUNDING.into(), atol: atol.into(), ..radau::Options::default() };
         let Ok(mut stepper) = radau::Stepper::new(n, t_span, q, v, &options) else {
             return Ok((None, Counters::default()));
         };
+        stepper.set_accuracy(TOLERANCE);
         let mut meter = FlowMeter::new(model, Rule::Quintic, t_span.0, [q, v], Some(&[]));
+        let mut way = Way {
+            t_end: t_span.1,
+            impact,
+            touches: false,
+            q: vec![0.0; n],
+            rates: [vec![0.0; n], vec![0.0; n]],
+        };
         let status = loop {
-            let status = stepper.step(model)?;
+            if stepper.start(model)?.is_none() {
+                way.meet(model, &mut stepper)?;
+            }
+            let mut status = stepper.step(model)?;
+            if way.has_let_go(model, &mut stepper)? {
+                status = stepper.step(model)?;
+            }
             let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
             if let Some(meter) = &mut meter {
                 meter.step(model, state)?;
@@ -147,6 +196,87 @@ impl Resolving {
         tape.count(&mut self.used);
         tape.count(&mut self.in_vain);
         tape.flag(&mut self.is_exhausted);
-        tape.flag(&mut self.goes_on);
+        tape.number(&mut self.going_on);
+        tape.numbers(&mut self.tolerances);
     }
+}
+
+/// Where surfaces meet and let go on the way of a step: forces have a kink there, which errors of steps over it do not tell well.
+struct Way {
+    t_end: f64,
+    /// How long the shortest impact takes.
+    impact: f64,
+    /// Whether surfaces touch where the next step begins.
+    touches: bool,
+    /// Memory for a place, and for velocities and accelerations there.
+    q: Vec<f64>,
+    rates: [Vec<f64>; 2],
+}
+
+impl Way {
+    /// Lets the next step, from where no surfaces touch, end where some do: steps over that are too long by orders of magnitude, and are
+    /// shortened one after another. The next one after it is short.
+    fn meet<M: Model>(&mut self, model: &mut M, stepper: &mut radau::Stepper) -> Result<(), Interrupted> {
+        let (t, impact) = (stepper.t(), self.impact);
+        let end = (*stepper.next_step()).min(self.t_end - t);
+        let Self { q: place, .. } = self;
+        let mut overlap = |h: f64| {
+            let motion = stepper.q().iter().zip(stepper.v().iter().zip(stepper.a()));
+            place.iter_mut().zip(motion).for_each(|(place, (q, (v, a)))| *place = q + h * (v + 0.5 * h * a));
+            model.set_time(t + h)?;
+            Ok(model.overlaps(place))
+        };
+        self.touches = overlap(0.0)?;
+        if end <= FIRST * impact || self.touches || !overlap(end)? {
+            return Ok(());
+        }
+        let [before, behind] = change([0.0, end], AT_TOUCH * impact, overlap)?;
+        *stepper.next_step() = if before > AT_TOUCH * impact { before } else { behind + FIRST * impact };
+        Ok(())
+    }
+
+    /// Whether the step that was made goes beyond where surfaces let go: it is taken back then, and the next one ends there.
+    fn has_let_go<M: Model>(
+        &mut self,
+        model: &mut M,
+        stepper: &mut radau::Stepper,
+    ) -> Result<bool, Interrupted> {
+        let (before, t, shortest) = (stepper.t_old(), stepper.t(), AT_TOUCH * self.impact);
+        let Self { q, rates: [v, a], .. } = self;
+        if !self.touches || t == before {
+            return Ok(false);
+        }
+        model.set_time(t)?;
+        if model.overlaps(stepper.q()) {
+            return Ok(false);
+        }
+        let apart = |t: f64| {
+            stepper.interpolate(t, q, v, a);
+            model.set_time(t)?;
+            Ok(!model.overlaps(q))
+        };
+        let [_, behind] = change([before, t], shortest, apart)?;
+        if t - behind <= shortest {
+            return Ok(false);
+        }
+        stepper.take_back();
+        *stepper.next_step() = behind - before;
+        Ok(true)
+    }
+}
+
+/// Halves an interval, at whose end something is found that is not there at its beginning, to this length.
+fn change(
+    [mut before, mut behind]: [f64; 2],
+    length: f64,
+    mut is_found: impl FnMut(f64) -> Result<bool, Interrupted>,
+) -> Result<[f64; 2], Interrupted> {
+    for _ in 0..MOST_HALVINGS {
+        if behind - before <= length {
+            break;
+        }
+        let middle = 0.5 * (before + behind);
+        if is_found(middle)? { behind = middle } else { before = middle }
+    }
+    Ok([before, behind])
 }

@@ -3,8 +3,8 @@
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
 use crate::model::springs::Cords;
 use crate::model::{
-    Approach, Beside, Dynamics as _, Flaw, Impact, InContact, InImpact, Overlap, Radius, Reached, Resolution,
-    Sprung as _, chart,
+    Beside, Dynamics as _, Flaw, ForwardScratch, Impact, InContact, InImpact, Overlap, Parting, Radius,
+    Reached, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::Hardest;
@@ -163,30 +163,42 @@ impl InImpact for RobotModel {
         coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
     }
 
-    fn resolution(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Resolution {
+    fn is_jolted(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
         // Forces have just been computed nearby.
         let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());
-        if is_apart || !self.note_rates(before, motion) {
-            return Resolution::Fine;
+        if is_apart || !self.note_rates(qd_before, motion) {
+            return false;
         }
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.resolution(motion, h)))
+        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
     }
 
-    fn approach(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Approach> {
-        if !self.note_rates(before, motion) {
-            return None;
-        }
+    fn parting(&mut self, qd_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Parting {
         let Self { sweeps, coordinates, .. } = self;
-        let [closing, pressed] =
-            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.approach(motion, h)))?;
         let [q, qd, _] = motion;
-        let [at_start, at_end] = [self.energy(before[0], before[1]), self.energy(q, qd)];
-        let mut taking_part = std::mem::take(&mut self.pressed);
-        taking_part.find(self, motion);
-        let kinetic = taking_part.kinetic(self, before, at_start.kinetic);
-        self.pressed = taking_part;
-        Some(Approach { closing, pressed, kinetic, elastic: at_end.elastic })
+        let may_part = coordinates.all(
+            [q, qd_before, qd],
+            |[q, qd_before, qd]| on_sweeps!(sweeps, sweeps => sweeps.may_part([q, qd_before, qd], h)),
+        );
+        if !may_part {
+            return Parting::default();
+        }
+        let mut unpushed = vec![0.0; q.len()];
+        let mut scratch = ForwardScratch::of(self);
+        self.leave_contact(true);
+        let found = self.forward_dynamics(q, qd, &mut unpushed, &mut scratch);
+        self.leave_contact(false);
+        if found.is_err() {
+            return Parting::default();
+        }
+        self.note_rates(qd_before, motion);
+        let Self { sweeps, coordinates, facts, .. } = self;
+        coordinates.all([q, qd, &unpushed], |motion| {
+            on_sweeps!(sweeps, sweeps => sweeps.note_openings(motion));
+        });
+        let by_weight = facts.is_discretised;
+        coordinates
+            .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.parting(motion, since, h, by_weight)))
     }
 
     fn take_touched(&mut self) -> bool {
@@ -254,7 +266,7 @@ impl InImpact for RobotModel {
         self.pressed = pressed;
         // In a step of the backward Euler method forces do the work of its end.
         let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
-        self.note_rates(before, motion);
+        self.note_rates(before[1], motion);
         let Self { sweeps, coordinates, .. } = self;
         let Hardest { contact, rebound, longest } =
             coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
@@ -270,7 +282,7 @@ impl InImpact for RobotModel {
 
 impl RobotModel {
     /// Stores how fast surfaces that touch at the end of a step approach each other with the velocities of its start; false if none do.
-    fn note_rates(&mut self, [_, qd_before]: [&[f64]; 2], [q, _, qdd]: [&[f64]; 3]) -> bool {
+    fn note_rates(&mut self, qd_before: &[f64], [q, _, qdd]: [&[f64]; 3]) -> bool {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd_before, qdd], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_rates(motion)))
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Overlap, Radius, Reached, Resolution};
+use crate::model::{Overlap, Parting, Radius, Reached};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::Touching;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
@@ -155,17 +155,32 @@ impl<G: Turning> Sweeps<G> {
         !self.work.effects.contact.touches.is_empty()
     }
 
-    /// How a step of size `h` that ends in a motion of the same shape sees the impacts in it.
-    pub(crate) fn resolution(&mut self, motion: [&[f64]; 3], h: f64) -> Resolution {
+    /// Whether a step of size `h` that ends in a motion of the same shape is too long for the impacts in it.
+    pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         self.update_motion(motion);
-        query::resolution(&self.plan, &self.work, h)
+        query::is_jolted(&self.plan, &self.work, h)
     }
 
-    /// Energies of approach and of overlaps in the impacts that take a few steps of size `h`, the last of which ends in a motion of
-    /// the same shape.
-    pub(crate) fn approach(&mut self, motion: [&[f64]; 3], h: f64) -> Option<[f64; 2]> {
+    /// Whether surfaces that touch in a shape may part again, by the velocities before and now.
+    pub(crate) fn may_part(&mut self, [q, v_before, v]: [&[f64]; 3], h: f64) -> bool {
+        self.with_zeros(|sweeps, zeros| {
+            [v_before, v].into_iter().any(|v| {
+                sweeps.update_motion([q, v, zeros]);
+                query::may_part(&sweeps.work, h)
+            })
+        })
+    }
+
+    /// Stores the accelerations with which surfaces that touch open in a motion without contact forces.
+    pub(crate) fn note_openings(&mut self, motion: [&[f64]; 3]) {
         self.update_motion(motion);
-        query::approach(&self.plan, &self.work, h)
+        query::note_openings(&self.plan, &mut self.work);
+    }
+
+    /// How surfaces that touch in a motion of the same shape part again, in steps of size `h`.
+    pub(crate) fn parting(&mut self, motion: [&[f64]; 3], since: f64, h: f64, by_weight: bool) -> Parting {
+        self.update_motion(motion);
+        query::parting(&self.plan, &self.work, since, h, by_weight)
     }
 
     /// The hardest impact in a step that ends in a motion of the same shape.

@@ -140,14 +140,9 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.restart(motion));
     }
 
-    /// What the last step of fixed size has stopped ([`Unilateral::stopped`](crate::integrators::attempts::Unilateral::stopped)).
-    pub(crate) fn stopped(&self) -> f64 {
-        of_kind!(&self.0, stepper => stepper.unilateral.stopped())
-    }
-
     /// What acts one way only, as far as it is known.
-    pub(crate) fn unilateral_mut(&mut self) -> &mut Unilateral {
-        of_kind!(&mut self.0, stepper => &mut stepper.unilateral)
+    pub(crate) fn unilateral(&self) -> &Unilateral {
+        of_kind!(&self.0, stepper => &stepper.unilateral)
     }
 
     /// Displacements and velocities at the start of the last step.

@@ -207,6 +207,7 @@ impl<V: Numbers> StepperOf<V> {
         let facts = system.facts();
         (self.has_contact, self.has_corners) = (facts.has_contact, facts.varies_in_time);
         (self.is_one_sided, self.rank) = (facts.is_one_sided, facts.constraints());
+        self.unilateral.set_resolving(self.options.impacts.are_resolved(facts));
         self.pulls.resize(if self.is_one_sided { self.rank } else { 0 }, 0.0);
         let unknowns = self.q.len() + facts.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed] {

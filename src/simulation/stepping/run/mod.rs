@@ -138,7 +138,7 @@ impl<M: Model> Run<M> {
             growth: None,
             resolves_impacts,
             may_resolve_impacts: may_resolve,
-            resolving: Resolving::default(),
+            resolving: Resolving::new(n),
             resolved: None,
             stop: None,
         })

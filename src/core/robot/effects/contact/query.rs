@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::model::{REACHED, Resolution};
+use crate::model::{Parting, REACHED};
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
@@ -20,6 +20,9 @@ const MOST_LOST: f64 = 0.7;
 /// Impacts of more than that many radians a step, squared, take less than ten steps: with fewer a ball loses two hundredths of its
 /// energy, or more.
 const COARSE: f64 = (PI / 10.0) * (PI / 10.0);
+
+/// Surfaces that come nearer, or part, in a step by less than this part of their overlap rest on each other.
+const AT_REST: f64 = 1e-2;
 
 /// A contact whose surfaces overlap by more than the radius of one, and by how much.
 pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
@@ -72,52 +75,83 @@ pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
     rates.extend(touches.iter().map(|touch| touch.pressing.rate));
 }
 
-/// How a step of size `h` sees surfaces meet, or push each other apart, the motion at its end up to date; noted are the rates of their
-/// distances with the velocities at its beginning.
+/// Whether a step of size `h` is too long for how surfaces meet, or push each other apart, the motion at its end up to date; noted are
+/// the rates of their distances with the velocities at its beginning.
 ///
 /// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
 /// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
 /// impact takes `pi / omega`.
-pub(crate) fn resolution<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> Resolution {
+pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
-    let mut found = Resolution::Fine;
-    for (t, (touch, &before)) in touches.enumerate() {
+    touches.enumerate().any(|(t, (touch, &before))| {
         let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
         let has_met = overlap + 0.5 * h * (before + after) < 0.0;
-        if has_met && after - before > MOST_LOST * before.abs() {
-            return Resolution::Unresolved;
+        has_met && after - before > MOST_LOST * before.abs()
+            || h * h * opening(plan, work, t) > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
+    })
+}
+
+/// Whether surfaces that touch, the motion up to date, approach each other, or part, in a step of size `h` by more than those that rest.
+pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
+    let moves = |touch: &Touch| h * touch.pressing.rate.abs() > AT_REST * touch.meeting.overlap;
+    work.effects.contact.touches.iter().any(moves)
+}
+
+/// Takes down with which accelerations surfaces that touch open, the motion up to date.
+pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let mut openings = std::mem::take(&mut work.effects.contact.openings);
+    openings.clear();
+    openings.extend((0..work.effects.contact.touches.len()).map(|t| opening(plan, work, t)));
+    work.effects.contact.openings = openings;
+}
+
+/// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
+/// date; noted are the rates of their distances at its beginning, the time `since` ago, and the
+/// accelerations with which they open without contact forces.
+///
+/// A pair alone obeys `d'' = a - omega^2 d` in its overlap d, if a presses it together: it leaves with the speed u of
+/// `u^2 = d'^2 + (omega^2 d - 2 a) d`, and comes back after `2 u / a`. That is told by what takes part, in any frame. Where rods bend, `by_weight`,
+/// a is that of the weight: what a compressed rod does to its end lasts no longer than its waves.
+pub(crate) fn parting<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    since: f64,
+    h: f64,
+    by_weight: bool,
+) -> Parting {
+    let contact = &work.effects.contact;
+    let noted = contact.rates.iter().zip(&contact.openings);
+    let mut found = Parting::default();
+    for (t, (touch, (&before, &unpushed))) in contact.touches.iter().zip(noted).enumerate() {
+        let overlap = touch.meeting.overlap;
+        let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.pressing.stiffening());
+        let is_coarse = h * h * stiffness > COARSE;
+        let pressing = if by_weight { pressing_weight(plan, work, touch) } else { -unpushed };
+        let began = (overlap + 0.5 * since * (before + touch.pressing.rate)).max(0.0);
+        let square = before * before + (stiffness * began - 2.0 * pressing) * began;
+        if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
+            continue;
         }
-        let opening = h * h * opening(plan, work, t);
-        let stiffened = overlap * touch.pressing.stiffening().max(1.0);
-        if opening > UNRESOLVED * stiffened {
-            return Resolution::Unresolved;
-        }
-        if opening > COARSE * stiffened {
-            found = Resolution::Coarse;
+        let speed = square.sqrt();
+        let leaving = speed * rebound(touch.meeting.law.dissipation * speed);
+        if leaving * h > REACHED * plan.effects.contacts.pairs[touch.pair].thickness {
+            let (flight, impact) = (2.0 * leaving / (pressing.max(0.0) * h), PI / stiffness.sqrt());
+            found = found.and(Parting { flight, impact, speed: leaving });
         }
     }
     found
 }
 
-/// Energies of approach, as far as the contact gives it back, and of overlaps, in the impacts that take a few steps of size `h`; motion and
-/// rates are as for [`resolution`]. `None` if there are none.
-///
-/// What takes part in a touch has the mass that its force over the acceleration with which it opens tells of.
-pub(crate) fn approach<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> Option<[f64; 2]> {
-    let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
-    let mut found = None;
-    for (t, (touch, &before)) in touches.enumerate() {
-        let opening = opening(plan, work, t);
-        let stiffened = touch.meeting.overlap * touch.pressing.stiffening().max(1.0);
-        if h * h * opening > COARSE * stiffened {
-            let approach = -before.min(touch.pressing.rate).min(0.0);
-            let returned = approach * rebound(touch.meeting.law.dissipation * approach);
-            let [closing, pressed] = found.get_or_insert([0.0; 2]);
-            *closing += 0.5 * touch.pressing.normal_force / opening * returned * returned;
-            *pressed += touch.meeting.energy(&touch.pressing);
-        }
-    }
-    found
+/// The acceleration with which the weight alone presses the surfaces of a touch together.
+fn pressing_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch) -> f64 {
+    let falls = |side: &Standing| match *side {
+        Standing::Still => false,
+        Standing::On(fixture) => plan.effects.contacts.fixtures[fixture].point.is_some(),
+        Standing::Along { .. } => true,
+    };
+    let [first, second] = touch.sides.each_ref().map(|side| f64::from(u8::from(falls(side))));
+    let gravity = G::in_space(plan.frame, work.surroundings.gravity);
+    touch.meeting.normal.dot(gravity) * (second - first)
 }
 
 /// The acceleration with which the surfaces of a touch open.
@@ -141,16 +175,23 @@ pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     /// Steps of an impact, which takes `pi / omega`: they give back more than nine tenths of its energy.
     const STEPS: f64 = 20.0;
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
-    let (t, (touch, &before)) = touches.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
-    let opening = opening(plan, work, t);
-    if before >= 0.0 || opening <= 0.0 {
+    let (t, (touch, &before)) = touches.clone().min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
+    if before >= 0.0 {
         return None;
     }
+    let square = |t: usize, touch: &Touch| {
+        let opening = opening(plan, work, t);
+        (opening > 0.0).then(|| touch.meeting.overlap * touch.pressing.stiffening() / opening)
+    };
+    // Those that are stopped between others need not open.
+    let is_stopped = touch.pressing.rate - before > MOST_LOST * before.abs();
+    let of_others = || touches.filter_map(|(t, (touch, _))| square(t, touch)).reduce(f64::min);
+    let square = square(t, touch).or_else(|| if is_stopped { of_others() } else { None })?;
     let Law { dissipation, .. } = touch.meeting.law;
     Some(Hardest {
         contact: plan.effects.contacts.pairs[touch.pair].contact,
         rebound: rebound(-dissipation * before),
-        longest: PI / STEPS * (touch.meeting.overlap * touch.pressing.stiffening() / opening).sqrt(),
+        longest: PI / STEPS * square.sqrt(),
     })
 }
 

@@ -59,6 +59,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) next_along: Vec<Option<usize>>,
     /// Growth rates of the distances at the contact points of another motion.
     pub(crate) rates: Vec<f64>,
+    /// Accelerations with which the contact points open without contact forces.
+    pub(crate) openings: Vec<f64>,
     /// For every contact point and side, integration weights of the piece's nodes.
     pub(crate) up_to: Vec<P>,
     /// Memory for weights of nodes, and for polynomials.
@@ -218,6 +220,7 @@ impl<P> Default for ContactState<P> {
             first_along: Vec::new(),
             next_along: Vec::new(),
             rates: Vec::new(),
+            openings: Vec::new(),
             up_to: Vec::new(),
             weights: Vec::new(),
             polynomials: Vec::new(),
@@ -261,6 +264,7 @@ impl<P: Lanes> ContactState<P> {
             first_along: vec![None; packs],
             next_along: vec![None; 2 * contacts.capacity],
             rates: Vec::with_capacity(contacts.capacity),
+            openings: Vec::new(),
             up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],
             weights: vec![0.0; nodes],
             polynomials: vec![0.0; nodes + 1],
