@@ -87,6 +87,17 @@ impl Spectrum {
         Self::of(model, motions, [q0, v0, &a0])
     }
 
+    /// The same by [`Self::by_tangent`] where there are no constraints.
+    pub(crate) fn fast<M: Static>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Option<Self> {
+        if model.facts().constraints() > 0 {
+            return Self::new(model, t, q0, v0);
+        }
+        model.set_time(t).ok()?;
+        let mut a0 = vec![0.0; q0.len()];
+        model.forward_dynamics(q0, v0, &mut a0, &mut ForwardScratch::new(q0.len())).ok()?;
+        Self::by_tangent(model, t, [q0, v0, &a0])
+    }
+
     /// The same of a model without constraints whose accelerations `a0` are known, by its tangent alone: a third of the cost for
     /// few coordinates. What is slow may be rounding.
     pub(crate) fn by_tangent<M: Static>(model: &mut M, t: f64, [q0, v0, a0]: [&[f64]; 3]) -> Option<Self> {

@@ -9,6 +9,9 @@ use crate::model::Model;
 /// Minimum number of samples of the excitation over the whole time.
 const LOOKS: f64 = 500.0;
 
+/// The same where the features of the excitation are known.
+const FEW_LOOKS: f64 = 100.0;
+
 /// Minimum number of samples of each part between known features of the excitation.
 const LOOKS_OF_A_PART: f64 = 4.0;
 
@@ -29,18 +32,19 @@ pub(super) struct Drive {
 impl Drive {
     /// Excitation of a model in the state `q0` over `t_span`. Changes that move the tip by less than
     /// `visible`, relative to the length, do not limit steps. `monitor` is called regularly with the start
-    /// time and may stop the search.
+    /// time and may stop the search. With `finds`, the features of the excitation are found; otherwise steps end at all jumps already, and
+    /// fewer samples tell the amplitudes.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
         q0: &[f64],
         spectrum: &Spectrum,
-        visible: f64,
+        (visible, finds): (f64, bool),
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
         let (t0, t_end) = t_span;
         let modes = &spectrum.modes;
-        let between_looks = (t_end - t0) / LOOKS;
+        let between_looks = (t_end - t0) / if finds { LOOKS } else { FEW_LOOKS };
         let weights: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0) / visible).collect();
         let mut forces = Forces::new(q0);
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
@@ -63,7 +67,7 @@ impl Drive {
             }
             looks += part.len();
             // Steps end at both ends of a part, and one within a short part sees as much of it as these looks.
-            if number > LOOKS_OF_A_PART {
+            if finds && number > LOOKS_OF_A_PART {
                 features.find(&mut part, &mut at)?;
             }
             for (k, (oscillation, mode)) in motion.iter_mut().zip(modes).enumerate() {

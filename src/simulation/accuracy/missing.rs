@@ -30,6 +30,9 @@ const STATES: usize = 12;
 /// matters for the torsion of a straight rod, which moves the tip only later.
 const MATTERS: f64 = 0.1;
 
+/// Deformations smaller than that by this factor do neither.
+const UNSEEN: f64 = 1e-3;
+
 /// Strains without modes whose frequency exceeds the resolved ones by this factor respond statically; the
 /// forces give their whole effect, and they get no modes.
 const FAST: f64 = 10.0;
@@ -135,15 +138,10 @@ pub(super) fn finer<M: Model + Clone>(
         if modes[series] == 0 {
             let mut only = modes.clone();
             only[series] = number;
-            let is_fast = missing.frequency(&mut richer, first) > FAST * resolved;
-            let matters = missing.deforms(&of_modes(&only)) > MATTERS * tolerance
-                || longest(&missing.moved(&mut richer, &of_modes(&only)))
-                    > MATTERS * tolerance * coarse.facts().length;
-            if is_fast || !matters {
+            if missing.frequency(&mut richer, first) > FAST * resolved {
+                (fine[series], slow[series]) = (0, 0);
+            } else if !missing.matters(&mut richer, &of_modes(&only), MATTERS * tolerance) {
                 fine[series] = 0;
-            }
-            if is_fast {
-                slow[series] = 0;
             }
         }
         first += number;
@@ -186,6 +184,10 @@ struct Missing {
     blocks: Vec<Vec<usize>>,
     /// Typical sizes of the coordinates.
     sizes: Vec<f64>,
+    /// Measured places in all states.
+    places: Vec<[f64; 3]>,
+    /// Forces on the model at rest.
+    still: Vec<f64>,
 }
 
 impl Missing {
@@ -222,23 +224,29 @@ impl Missing {
             richer.set_multipliers(&multipliers);
             states.push([q, forces]);
         }
-        Self { states, stiffness, blocks, sizes }
+        let mut from = Vec::new();
+        states.iter().for_each(|[q, _]: &[Vec<f64>; 2]| richer.places(q, &mut from));
+        let mut still = vec![0.0; all];
+        richer.inverse_dynamics(&rest, &rest, &rest, &mut still);
+        Self { states, stiffness, blocks, sizes, places: from, still }
     }
 
     /// Uncoupled frequency of a coordinate at rest, in rad/s; its mass is the force by which it accelerates.
     fn frequency<M: Model>(&self, richer: &mut M, i: usize) -> f64 {
         let n = self.sizes.len();
         let (rest, mut one) = (vec![0.0; n], vec![0.0; n]);
-        let [mut still, mut moved] = [(); 2].map(|()| vec![0.0; n]);
+        let mut moved = vec![0.0; n];
         one[i] = 1.0;
-        richer.inverse_dynamics(&rest, &rest, &rest, &mut still);
         richer.inverse_dynamics(&rest, &rest, &one, &mut moved);
-        (self.stiffness[(i, i)] / (moved[i] - still[i])).sqrt()
+        (self.stiffness[(i, i)] / (moved[i] - self.still[i])).sqrt()
     }
 
     /// Whether rounding spares static responses; with many monomials it does not.
     fn is_well_conditioned(&self) -> bool {
         self.blocks.iter().all(|block| {
+            if let [i] = block[..] {
+                return self.stiffness[(i, i)] >= 0.0;
+            }
             let of_block =
                 Matrix::from_fn(block.len(), block.len(), |i, j| self.stiffness[(block[i], block[j])]);
             // Coordinates of joints have no stiffness.
@@ -256,6 +264,20 @@ impl Missing {
         for block in &self.blocks {
             // Positions among the chosen coordinates, which increase.
             let own: Vec<usize> = block.iter().filter_map(|place| chosen.binary_search(place).ok()).collect();
+            if own.is_empty() {
+                continue;
+            }
+            if let [i] = own[..] {
+                // Most coordinates of orthogonal bases are coupled with no others.
+                let stiffness = self.stiffness[(chosen[i], chosen[i])];
+                if stiffness.is_nan() || stiffness <= 0.0 {
+                    return Vec::new();
+                }
+                for (give, [_, forces]) in gives.iter_mut().zip(&self.states) {
+                    give[i] = -forces[chosen[i]] / stiffness;
+                }
+                continue;
+            }
             let of_own = Matrix::from_fn(own.len(), own.len(), |i, j| {
                 self.stiffness[(chosen[own[i]], chosen[own[j]])]
             });
@@ -286,11 +308,23 @@ impl Missing {
         let mean: Vec<f64> =
             (0..n).map(|k| states.iter().map(|state| state[k]).sum::<f64>() / states.len() as f64).collect();
         let of_state = |state: &Vec<f64>| {
-            let away = Matrix::from_fn(n, 1, |k, _| state[k] - mean[k]);
-            let forces = &self.stiffness * &away;
-            0.5 * away.iter().zip(forces.iter()).map(|(away, force)| away * force).sum::<f64>()
+            let away = |k: usize| state[k] - mean[k];
+            let of_block = |block: &Vec<usize>| {
+                let of_pair = |i: usize, j: usize| away(i) * self.stiffness[(i, j)] * away(j);
+                block.iter().map(|&i| block.iter().map(|&j| of_pair(i, j)).sum::<f64>()).sum::<f64>()
+            };
+            0.5 * self.blocks.iter().map(of_block).sum::<f64>()
         };
         states.iter().map(of_state).sum()
+    }
+
+    /// Whether the static response of these coordinates moves the measured places by this part of the length, or is this part of typical
+    /// sizes of the coordinates, which move them by about the length.
+    fn matters<M: Model>(&self, richer: &mut M, chosen: &[usize], part: f64) -> bool {
+        let deformed = self.deforms(chosen);
+        deformed > part
+            || (deformed > UNSEEN * part
+                && longest(&self.moved(richer, chosen)) > part * richer.facts().length)
     }
 
     /// Largest static response of these coordinates, relative to their typical sizes.
@@ -303,16 +337,15 @@ impl Missing {
 
     /// Displacements of the measured places by the static response of these coordinates, in each state.
     fn moved<M: Model>(&self, richer: &mut M, chosen: &[usize]) -> Vec<[f64; 3]> {
-        let (mut from, mut to) = (Vec::new(), Vec::new());
+        let mut to = Vec::new();
         for ([q, _], give) in self.states.iter().zip(self.gives(chosen)) {
             let mut there = q.clone();
             for (&place, give) in chosen.iter().zip(give) {
                 there[place] += give;
             }
-            richer.places(q, &mut from);
             richer.places(&there, &mut to);
         }
-        from.iter().zip(&to).map(|(from, to)| std::array::from_fn(|i| to[i] - from[i])).collect()
+        self.places.iter().zip(&to).map(|(from, to)| std::array::from_fn(|i| to[i] - from[i])).collect()
     }
 }
 

@@ -76,7 +76,7 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     let original = model.clone();
     let mut factor = 1;
     let (mut simulation, reason) = loop {
-        let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, Some(&compared), monitor)?;
+        let mut plan = Plan::new(&mut model, t_span, [q0, v0], request, Some(&compared), None, monitor)?;
         let mut run = time::to_accuracy(&mut plan, monitor)?;
         if run.is_success() && request.space_error {
             space::add_error(&plan, &mut run, monitor)?;

@@ -235,7 +235,7 @@ impl Trials<'_> {
         let rest = vec![0.0; model.facts().n];
         let tolerance = TRIAL_TOLERANCE * self.request.rtol;
         let request = Request { rtol: tolerance, ..self.request };
-        let plan = Plan::new(&mut model, t_span, [&rest, &rest], request, None, self.monitor)?;
+        let plan = Plan::new(&mut model, t_span, [&rest, &rest], request, None, None, self.monitor)?;
         let run = plan.run(tolerance, f64::INFINITY, self.monitor)?;
         let is_success = run.is_success();
         let Run { simulation, tips, .. } = run;

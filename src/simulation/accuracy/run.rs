@@ -64,13 +64,15 @@ impl Run {
 }
 
 impl<'a, M: Model + Clone> Plan<'a, M> {
-    /// Chooses the method and finds the vibrations to be resolved. `monitor` may stop the search.
+    /// Chooses the method and finds the vibrations to be resolved. `known` is what was found of a coarser model. `monitor` may stop the
+    /// search.
     pub(super) fn new(
         model: &'a mut M,
         t_span: (f64, f64),
         start: [&'a [f64]; 2],
         request: Request,
         t_eval: Option<&'a [f64]>,
+        known: Option<&Following>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, InvalidInput> {
         let [q0, v0] = start;
@@ -78,7 +80,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let loosest = FIRST_TOLERANCE * request.rtol;
         let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
             let following =
-                Following::new(model, t_span, q0, &spectrum, [loosest, request.rtol], monitor).ok()?;
+                Following::new(model, t_span, q0, &spectrum, [loosest, request.rtol], known, monitor).ok()?;
             let duration = t_span.1 - t_span.0;
             Some((Choice::new(&spectrum, &following, request.rtol, model.facts(), duration), following))
         });

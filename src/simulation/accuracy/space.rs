@@ -4,7 +4,7 @@
 use super::missing::{by_nodes, finer};
 use super::paths::{distances, largest};
 use super::request::Request;
-use super::run::{Plan, Run};
+use super::run::{FIRST_TOLERANCE, Plan, Run};
 use super::time::TIGHTENING;
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
@@ -13,10 +13,18 @@ use crate::simulation::simulate::Status;
 /// Tolerance of the tightest run of a finer model, relative to the requested accuracy.
 const TIGHTEST: f64 = 0.1;
 
-/// Tolerance of the first run of a finer model, and the multiple of the tolerance that identifies an error.
-/// Space errors are usually large, and a cheap run finds them.
-const FIRST: f64 = 1e-3;
+/// Errors of the steps of a finer model that do not matter, relative to the requested accuracy.
+const NEGLIGIBLE: f64 = 0.3;
+
+/// Smallest error of a run, relative to its tolerance, that is counted on.
+const LEAST: f64 = 0.02;
+
+/// A difference of models is one of modes if it is larger by this factor than what is expected of the steps.
 const CLEAR: f64 = 3.0;
+
+/// Tolerance of a run that finds large errors at little cost, and the part of their bound by forces that errors often are at least.
+const FIRST: f64 = 1e-3;
+const OFTEN: f64 = 0.1;
 
 /// A change by nodes, estimated by forces, that is smaller than this part of what matters, or larger than its inverse, needs no run.
 const CLEARLY: f64 = 0.3;
@@ -52,11 +60,16 @@ pub(super) fn add_error<M: Model + Clone>(
     };
     let n = model.facts().n;
     let [q0, v0] = plan.start.map(|values| finer.embed(values, n));
+    // The error of a run relative to its tolerance, as those of the coarse model tell.
+    let part = run.simulation.statistics.time_error.map_or(1.0, |error| error / run.tolerance).max(LEAST);
     let tightest = run.tolerance.min(TIGHTEST * wanted);
-    let mut tolerance = FIRST.max(run.tolerance);
+    let fit = (NEGLIGIBLE * wanted / part).min(FIRST_TOLERANCE * wanted).max(tightest);
+    let is_large = finer.estimate.bound(late).is_none_or(|bound| OFTEN * bound > FIRST);
+    let mut tolerance = if is_large { fit.max(FIRST) } else { fit };
     let error = loop {
         let request = Request { rtol: tolerance, ..plan.request };
-        let fine = Plan::new(&mut model, plan.t_span, [&q0, &v0], request, plan.t_eval, monitor)?;
+        let known = Some(&plan.following);
+        let fine = Plan::new(&mut model, plan.t_span, [&q0, &v0], request, plan.t_eval, known, monitor)?;
         let other = fine.run(tolerance, f64::INFINITY, monitor)?;
         if !other.is_success() {
             if other.simulation.status.name() == "interrupted" {
@@ -67,10 +80,10 @@ pub(super) fn add_error<M: Model + Clone>(
         }
         let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
         let error = finer.estimate.error(apart);
-        if error <= wanted || apart > CLEAR * tolerance || tolerance <= tightest {
+        if error <= wanted || apart > CLEAR * part * tolerance || tolerance <= tightest {
             break error;
         }
-        tolerance = (tolerance / TIGHTENING).max(tightest);
+        tolerance = if tolerance > fit { fit } else { (tolerance / TIGHTENING).max(tightest) };
     };
     say(run, error, wanted);
     Ok(())

@@ -34,6 +34,12 @@ const LUCK: f64 = 0.05;
 /// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
 
+/// Energies are compared at one of so many times.
+const ENERGIES: usize = 4;
+
+/// After a run of a method that is only tried, the next one may make this many times as many steps.
+const WORTH_MORE: usize = 4;
+
 /// A run with a larger tolerance, relative to the requested accuracy, that fails is repeated with this one.
 const CAREFUL: f64 = 1.5;
 
@@ -87,9 +93,13 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             }
             return Ok(run);
         }
+        // A method that has come so far may go on to more accuracy.
+        plan.most_steps = plan.most_steps.max(WORTH_MORE * run.simulation.statistics.counters.steps);
         let Some(looser) = previous.take() else {
-            // A run that did not resolve a vibration which it excited itself cannot be compared with.
-            if has_looked || plan.follows(&run) {
+            // From now on, steps resolve the vibrations that the run excited itself. What its own steps lost of them is in the difference to
+            // the next run, which is far better then. Where impacts are, it is not known to be.
+            let follows = has_looked || plan.follows(&run);
+            if follows || has_order {
                 previous = Some(run.into());
                 tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             }
@@ -154,7 +164,7 @@ fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain:
 /// proportional to the square root of its energy. Smaller drifts are ignored: the balance itself has errors
 /// where loads jump. Methods that damp unresolved vibrations lose most of the energy.
 fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
-    let balance = run.simulation.balance(&mut plan.model.clone());
+    let balance = run.simulation.every(ENERGIES).balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());
     let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };
     lost * range(&run.tips, run.simulation.t.len()) / plan.model.facts().length

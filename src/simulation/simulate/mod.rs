@@ -97,6 +97,16 @@ impl Simulation {
         }
     }
 
+    /// One of so many states of this motion, and the last one.
+    pub(crate) fn every(&self, number: usize) -> Self {
+        let last = self.t.len().saturating_sub(1);
+        let is_kept = |i: &usize| i.is_multiple_of(number) || *i == last;
+        let times: Vec<f64> = (0..self.t.len()).filter(is_kept).map(|i| self.t[i]).collect();
+        let mut few = self.clone();
+        few.keep(&times);
+        few
+    }
+
     /// Keeps only these increasing times; a run that ended early has the first of them.
     pub(crate) fn keep(&mut self, times: &[f64]) {
         let is_kept: Vec<bool> =
