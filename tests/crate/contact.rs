@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use lissom::body::Body;
-use lissom::contact::{Contact, Obstacle, Stiffness, Surface};
+use lissom::contact::{Contact, HalfSpace, Stiffness, Surface};
 use lissom::joint::{Joint, JointForces};
 use lissom::model::{InImpact, Parting};
 use lissom::robot::{Link, Robot, RobotModel};
@@ -17,7 +17,7 @@ fn balls(of_each: &[(f64, f64)], gravity: f64) -> RobotModel {
         Link { joint, body: Some(Body::point(mass)), ..Link::new(format!("ball {i}")) }
     });
     let contacts = of_each.iter().enumerate().map(|(link, &(_, stiffness))| {
-        let floor = Surface::Obstacle(Obstacle::HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] });
+        let floor = Surface::Obstacle(HalfSpace { point: [0.0; 3], normal: [0.0, 0.0, 1.0] }.into());
         let ball = Surface::Ball { link, at: None, position: [0.0; 3], radius: RADIUS };
         Contact {
             stiffness: Some(Stiffness::Given(stiffness)),
