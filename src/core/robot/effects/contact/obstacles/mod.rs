@@ -16,7 +16,7 @@ mod tube;
 pub(crate) use self::corners::{Core, Cornered};
 pub(crate) use self::frame::Frame;
 pub use self::tube::centre_line;
-use super::shapes::obstacle::Solid;
+use crate::robot::effects::contact::shapes::obstacle::Solid;
 
 /// What contact asks of a shape.
 pub(crate) trait Shape {
