@@ -175,7 +175,7 @@ pub struct Auto {
     /// Maximum number of accepted steps of each run; by default a million.
     pub max_steps: Option<usize>,
     /// Whether errors by the numbers of modes and nodes are estimated, and nodes added. Without, `rtol` bounds those of the
-    /// time steps alone, at 0.5 to 0.9 of the cost.
+    /// time steps alone, at 0.4 to 0.9 of the cost.
     #[part(default = true)]
     pub space_error: bool,
 }
