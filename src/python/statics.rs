@@ -396,29 +396,7 @@ pub(crate) fn statics<'py>(
     let n = model.facts().n;
     let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
     let defaults = Options::of(model.facts());
-    let start = match (method, q0) {
-        ("auto", None) if load_steps.is_none() => defaults.start,
-        ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
-        ("auto", Some(q0)) => Start::Descent(q0),
-        ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| vec![0.0; n])),
-        ("newton", q0) => Start::Newton(q0.unwrap_or_else(|| vec![0.0; n])),
-        ("load_path", Some(_)) => {
-            return Err(PyValueError::new_err(
-                "q0: expected nothing: the load path begins at the unloaded shape; \"descent\" and \"newton\" take one",
-            ));
-        }
-        _ => {
-            return Err(PyValueError::new_err(format!(
-                "method: got {method:?}, expected \"auto\", \"load_path\", \"descent\" or \"newton\""
-            )));
-        }
-    };
-    let has_path = matches!(start, Start::Unloaded { .. });
-    if load_steps.is_some() && !has_path {
-        return Err(PyValueError::new_err(
-            "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
-        ));
-    }
+    let start = start(method, q0, load_steps, n, defaults.start)?;
     let options = Options {
         start,
         tol: tol.unwrap_or(defaults.tol),
@@ -461,6 +439,41 @@ pub(crate) fn statics<'py>(
             Err(raised) => Err(with_result(py, raised, || Ok(result))),
         }
     })
+}
+
+/// Where a search begins, by the method and what is given for it.
+fn start(
+    method: &str,
+    q0: Option<Vec<f64>>,
+    load_steps: Option<&Bound<'_, PyAny>>,
+    n: usize,
+    default: Start,
+) -> PyResult<Start> {
+    let zeros = || vec![0.0; n];
+    let start = match (method, q0) {
+        ("auto", None) if load_steps.is_none() => default,
+        ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
+        ("auto", Some(q0)) => Start::Descent(q0),
+        ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| zeros())),
+        ("newton", q0) => Start::Newton(q0.unwrap_or_else(|| zeros())),
+        ("load_path", Some(_)) => {
+            return Err(PyValueError::new_err(
+                "q0: expected nothing: the load path begins at the unloaded shape; \"descent\" and \"newton\" take one",
+            ));
+        }
+        _ => {
+            return Err(PyValueError::new_err(format!(
+                "method: got {method:?}, expected \"auto\", \"load_path\", \"descent\" or \"newton\""
+            )));
+        }
+    };
+    let has_path = matches!(start, Start::Unloaded { .. });
+    if load_steps.is_some() && !has_path {
+        return Err(PyValueError::new_err(
+            "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
+        ));
+    }
+    Ok(start)
 }
 
 impl PyStaticsResult {

@@ -147,9 +147,7 @@ pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::optional_flag::reuse_jacobian)] reuse_jacobian: Option<bool>,
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
 ) -> PyResult<PyEnsembleResult> {
-    let py = model.py();
-    let keep = keep_of(keep)?;
-    let workers = threads(workers)?;
+    let (py, keep, workers) = (model.py(), keep_of(keep)?, threads(workers)?);
     let models = Models::of(model)?;
     let first = models.first();
     let (n, inputs) = (first.n(), first.default_inputs().len());

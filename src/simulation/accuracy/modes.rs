@@ -76,32 +76,7 @@ pub fn choose_modes(
     request: Request,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Modes, InvalidInput> {
-    request.validate()?;
-    let mut check = Checker::new();
-    let (Purpose::Motion((t0, _)) | Purpose::Equilibrium(t0)) = purpose;
-    if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)")
-        && let Purpose::Motion((_, t_end)) = purpose
-    {
-        let expected = format!("a finite number > {} (seconds)", Number(t0));
-        check.require(t_end.is_finite() && t_end > t0, "t_span[1]", Number(t_end), &expected);
-    }
-    let segments: Vec<_> = robot.segments().collect();
-    for &segment in open {
-        let expected = format!("a segment, 0 to {}", segments.len().saturating_sub(1));
-        let is_there = check.require(segment < segments.len(), "segments", segment, &expected);
-        let is_nested = is_there && segments[segment].basis.is_nested();
-        let (place, expected) =
-            (format!("segments[{segment}].basis"), "polynomials over the segment, such as \"legendre\"");
-        check.require(!is_there || is_nested, &place, "piecewise functions", expected);
-        let turns = if is_there { reference_turns(segments[segment]) } else { 0.0 };
-        let expected = format!(
-            "at most {MOST_TURNS}: what loads change swings with each turn; make it of {} segments",
-            (turns / MOST_TURNS).ceil()
-        );
-        let place = format!("segments[{segment}].reference_strain");
-        check.require(turns <= MOST_TURNS, &place, format_args!("{turns:.1} turns"), &expected);
-    }
-    check.finish()?;
+    check(robot, open, purpose, request)?;
     let mut trials = Trials { open, purpose, request, monitor };
     let mut modes = vec![FIRST_MODES; open.len()];
     let mut kept = KEPT;
@@ -160,6 +135,36 @@ pub fn choose_modes(
         request.rtol
     );
     Ok(Modes { robot: with_modes(robot, open, &modes), space_error, is_success: false, message })
+}
+
+/// Reports what cannot be asked for.
+fn check(robot: &Robot, open: &[usize], purpose: Purpose, request: Request) -> Result<(), InvalidInput> {
+    request.validate()?;
+    let mut check = Checker::new();
+    let (Purpose::Motion((t0, _)) | Purpose::Equilibrium(t0)) = purpose;
+    if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)")
+        && let Purpose::Motion((_, t_end)) = purpose
+    {
+        let expected = format!("a finite number > {} (seconds)", Number(t0));
+        check.require(t_end.is_finite() && t_end > t0, "t_span[1]", Number(t_end), &expected);
+    }
+    let segments: Vec<_> = robot.segments().collect();
+    for &segment in open {
+        let expected = format!("a segment, 0 to {}", segments.len().saturating_sub(1));
+        let is_there = check.require(segment < segments.len(), "segments", segment, &expected);
+        let is_nested = is_there && segments[segment].basis.is_nested();
+        let (place, expected) =
+            (format!("segments[{segment}].basis"), "polynomials over the segment, such as \"legendre\"");
+        check.require(!is_there || is_nested, &place, "piecewise functions", expected);
+        let turns = if is_there { reference_turns(segments[segment]) } else { 0.0 };
+        let expected = format!(
+            "at most {MOST_TURNS}: what loads change swings with each turn; make it of {} segments",
+            (turns / MOST_TURNS).ceil()
+        );
+        let place = format!("segments[{segment}].reference_strain");
+        check.require(turns <= MOST_TURNS, &place, format_args!("{turns:.1} turns"), &expected);
+    }
+    check.finish()
 }
 
 /// Result if nothing moves by the requested accuracy.

@@ -128,11 +128,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
                 format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")
             } else {
                 run.simulation.status = Status::AccuracyNotReached;
-                format!(
-                    "The accuracy of {wanted:.0e} was not reached: after {runs} runs the time error is {error:.0e} \
-                     of the length. The motion multiplies errors, as chaotic ones do: shorten the time, or compare \
-                     energies (`balance`) instead of states."
-                )
+                not_reached(wanted, runs, error)
             };
             return Ok(run);
         }
@@ -145,6 +141,13 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
     }
+}
+
+fn not_reached(wanted: f64, runs: usize, error: f64) -> String {
+    format!(
+        "The accuracy of {wanted:.0e} was not reached: after {runs} runs the time error is {error:.0e} of the length. The motion \
+         multiplies errors, as chaotic ones do: shorten the time, or compare energies (`balance`) instead of states."
+    )
 }
 
 /// Estimated error of a run compared with a looser one, relative to the length: the difference of the tips,

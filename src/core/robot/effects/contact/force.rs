@@ -5,6 +5,8 @@
 //! that a side requires about its centre, and y the rotation of the side; then the wrench changes by `dW`
 //! and, relative to the material, by `-(m x y; f x y)` as a wrench with a fixed direction.
 
+use std::ops::Range;
+
 use crate::model::Energy;
 use crate::numerics::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
@@ -329,23 +331,35 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             }
         }
         let n = plan.n;
-        for rows in &pair.reaches {
-            for (s, components) in moved.as_chunks::<6>().0.iter().enumerate() {
-                let components = components.each_ref().map(|component| &component[rows.clone()]);
-                // Coordinates that move the other side alone feel nothing of this one, and the world does not answer.
-                if components.iter().all(|component| component.iter().all(|x| *x == 0.0)) {
-                    continue;
-                }
-                let answers = &answers.as_chunks::<6>().0[s];
-                for k in pair.reaches.iter().cloned().flatten() {
-                    let entries = &mut matrix.as_mut_slice()[k * n..][rows.clone()];
-                    add_products::<G::Pack>(entries, components, answers.each_ref().map(|answer| answer[k]));
-                }
-            }
-        }
+        add_forces::<G>(n, &pair.reaches, moved, answers, matrix);
         if let Some(sliding) = &sliding {
             for k in pair.reaches.iter().cloned().flatten() {
                 sliding.add_shares(rows, k, &mut matrix.as_mut_slice()[k * n..]);
+            }
+        }
+    }
+}
+
+/// Adds the generalised forces of the answers of both sides to the motions of coordinates in these ranges.
+#[inline(always)]
+fn add_forces<G: Turning>(
+    n: usize,
+    reaches: &[Range<usize>],
+    moved: &[Vec<f64>; 12],
+    answers: &[Vec<f64>; 12],
+    matrix: &mut Matrix,
+) {
+    for rows in reaches {
+        for (s, components) in moved.as_chunks::<6>().0.iter().enumerate() {
+            let components = components.each_ref().map(|component| &component[rows.clone()]);
+            // Coordinates that move the other side alone feel nothing of this one, and the world does not answer.
+            if components.iter().all(|component| component.iter().all(|x| *x == 0.0)) {
+                continue;
+            }
+            let answers = &answers.as_chunks::<6>().0[s];
+            for k in reaches.iter().cloned().flatten() {
+                let entries = &mut matrix.as_mut_slice()[k * n..][rows.clone()];
+                add_products::<G::Pack>(entries, components, answers.each_ref().map(|answer| answer[k]));
             }
         }
     }
