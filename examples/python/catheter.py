@@ -48,11 +48,13 @@ def main() -> None:
     """Print how hard the base is pushed, and how deep the wall is."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--dt", type=float, default=5e-3)
+    parser.add_argument("--quasi-static", action="store_true", help="leave inertia out")
     parser.add_argument("--plot", help="picture of the catheter in the vessel")
     parser.add_argument("--report", help="page with the motion")
     options = parser.parse_args()
     robot = catheter()
-    motion = lissom.simulate(robot, TIME, dt=options.dt)
+    method = "quasi_static" if options.quasi_static else "newmark"
+    motion = lissom.simulate(robot, TIME, dt=options.dt, method=method)
     print(motion.message)
     if not motion.success:
         raise SystemExit(1)

@@ -454,8 +454,8 @@ fn start(
         ("auto", None) if load_steps.is_none() => default,
         ("auto" | "load_path", None) => Start::Unloaded { stops: stops(load_steps)? },
         ("auto", Some(q0)) => Start::Descent(q0),
-        ("descent", q0) => Start::Descent(q0.unwrap_or_else(|| zeros())),
-        ("newton", q0) => Start::Newton(q0.unwrap_or_else(|| zeros())),
+        ("descent", q0) => Start::Descent(q0.unwrap_or_else(zeros)),
+        ("newton", q0) => Start::Newton(q0.unwrap_or_else(zeros)),
         ("load_path", Some(_)) => {
             return Err(PyValueError::new_err(
                 "q0: expected nothing: the load path begins at the unloaded shape; \"descent\" and \"newton\" take one",

@@ -283,16 +283,16 @@ impl InContact for AsSprings<'_> {
         self.model.work_of_interactions(q, work);
     }
 
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.sunk(q)
+    fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.deep_penetration(q)
     }
 
     fn note_surfaces(&mut self, q: &[f64]) {
         self.model.note_surfaces(q);
     }
 
-    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
-        self.model.have_passed(q, radius)
+    fn have_tunnelled(&mut self, q: &[f64], radius: Radius) -> bool {
+        self.model.have_tunnelled(q, radius)
     }
 
     fn is_touched(&self) -> bool {

@@ -142,8 +142,9 @@ pub(super) fn descend(
             // Half of R.x + x.K x with (K + shift) x = -R.
             let promised = 0.5 * (dot(&linear.residual, &shifted.x) - shift * dot(&shifted.x, &shifted.x));
             let inverted = equations.flaw(&trial.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
-            let is_sound =
-                work.is_finite() && inverted.is_none() && !equations.have_passed(&state.q, &trial.q, length);
+            let is_sound = work.is_finite()
+                && inverted.is_none()
+                && !equations.have_tunnelled(&state.q, &trial.q, length);
             let ratio = if is_sound { work / promised } else { 0.0 };
             if ratio < POOR {
                 radius = 0.25 * length;

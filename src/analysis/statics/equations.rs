@@ -231,7 +231,7 @@ impl<'a> Equations<'a> {
     }
 
     /// Whether surfaces pass through each other on the way between two shapes, of this scaled length.
-    pub(super) fn have_passed(&mut self, from: &[f64], to: &[f64], length: f64) -> bool {
+    pub(super) fn have_tunnelled(&mut self, from: &[f64], to: &[f64], length: f64) -> bool {
         /// Places move straight on within parts of this length: those of a link that turns by a tenth of a radian are off by
         /// a thousandth of its length.
         const PART: f64 = 0.1;
@@ -245,13 +245,13 @@ impl<'a> Equations<'a> {
         (1..=parts).any(|part| {
             let x = part as f64 / parts as f64;
             q.iter_mut().zip(from).zip(to).for_each(|((q, from), to)| *q = from + (to - from) * x);
-            self.model.have_passed(&q, Radius::Smaller) || self.model.deepest_overlaps(&q)[1] > inside
+            self.model.have_tunnelled(&q, Radius::Smaller) || self.model.deepest_overlaps(&q)[1] > inside
         })
     }
 
     /// Problem of a shape with sunk surfaces; `None` otherwise.
-    pub(super) fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.sunk(q)
+    pub(super) fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
+        self.model.deep_penetration(q)
     }
 
     /// State with the forces of the springs in this shape.

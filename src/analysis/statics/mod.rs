@@ -712,7 +712,7 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         })?;
     }
     if status.is_success()
-        && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.sunk(&state.q))
+        && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.deep_penetration(&state.q))
     {
         status = Status::Flawed(flaw);
     }

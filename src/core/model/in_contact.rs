@@ -81,14 +81,14 @@ pub trait InContact: Dynamics {
     fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]);
 
     /// A contact whose surfaces overlap by more than a radius, if any.
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw>;
+    fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw>;
 
-    /// Takes down where surfaces are in a shape: [`Self::have_passed`] goes on from there.
+    /// Takes down where surfaces are in a shape: [`Self::have_tunnelled`] goes on from there.
     fn note_surfaces(&mut self, q: &[f64]);
 
     /// Whether surfaces pass through each other, or overlap by more than half of the given radius, on the
     /// straight path from the stored shape to `q`. Stores `q` afterwards.
-    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool;
+    fn have_tunnelled(&mut self, q: &[f64], radius: Radius) -> bool;
 
     /// Whether surfaces touch in the state evaluated last.
     fn is_touched(&self) -> bool;

@@ -49,7 +49,7 @@ pub use in_contact::{InContact, InImpact, Overlap, Reached};
 pub use in_time::{Excitation, InTime};
 pub use passing::{Beside, Holding, Impact, Parting};
 #[doc(hidden)]
-pub use passing::{have_missed, have_passed, may_miss};
+pub use passing::{have_missed, have_tunnelled, may_miss};
 #[doc(hidden)]
 pub use pressed::Pressed;
 pub use refinable::{MissingStrain, Refinable};

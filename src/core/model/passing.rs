@@ -71,7 +71,7 @@ const SHALLOW: f64 = 1e-4;
 const MOST_LOOKS: usize = 256;
 
 /// Whether surfaces of a model pass through each other along a path given by times and shapes.
-pub fn have_passed<'a, M: Static + ?Sized>(
+pub fn have_tunnelled<'a, M: Static + ?Sized>(
     model: &mut M,
     way: impl Iterator<Item = (f64, &'a [f64])>,
     radius: Radius,
@@ -80,7 +80,7 @@ pub fn have_passed<'a, M: Static + ?Sized>(
         model.set_time(t)?;
         if i == 0 {
             model.note_surfaces(q);
-        } else if model.have_passed(q, radius) {
+        } else if model.have_tunnelled(q, radius) {
             return Ok(true);
         }
     }
@@ -158,7 +158,7 @@ fn have_touched<M: Model + ?Sized>(
         model.set_time(if is_end { t_new } else { t + x * h })?;
         let there = if is_end { ends[1] } else { &*q };
         // Nothing passes half-spaces: they are touched first at the ends of a straight way.
-        has_touched = model.have_passed(there, Radius::Touching) || !is_end && model.overlaps(there);
+        has_touched = model.have_tunnelled(there, Radius::Touching) || !is_end && model.overlaps(there);
         if has_touched {
             break;
         }
@@ -194,6 +194,6 @@ pub fn have_missed<M: Model + ?Sized>(
         return Ok(true);
     }
     Ok(model.facts().has_contact
-        && (have_passed(model, way.iter().copied(), Radius::Smaller)?
+        && (have_tunnelled(model, way.iter().copied(), Radius::Smaller)?
             || have_touched(model, times, ends, rates, memory)?))
 }

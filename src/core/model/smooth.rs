@@ -184,13 +184,13 @@ impl<M: Smooth> InContact for M {
         work.fill(0.0);
     }
 
-    fn sunk(&mut self, _q: &[f64]) -> Option<Flaw> {
+    fn deep_penetration(&mut self, _q: &[f64]) -> Option<Flaw> {
         None
     }
 
     fn note_surfaces(&mut self, _q: &[f64]) {}
 
-    fn have_passed(&mut self, _q: &[f64], _radius: Radius) -> bool {
+    fn have_tunnelled(&mut self, _q: &[f64], _radius: Radius) -> bool {
         false
     }
 

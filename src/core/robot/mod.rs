@@ -45,7 +45,7 @@ mod tests_of_contact;
 mod tests_of_loops;
 mod turning;
 
-pub use crate::robot::effects::contact::query::Touching;
+pub use crate::robot::effects::contact::query::ReportedTouch;
 pub use crate::robot::explain::{Explanation, Multiplications};
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod, described};

@@ -4,7 +4,7 @@ use super::impacts::{Impacts, Remedy};
 use crate::error::{Interrupted, Number};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Beside, Facts, Flaw, Holding, Model, Parting, Pressed, Radius, have_missed, have_passed, may_miss,
+    Beside, Facts, Flaw, Holding, Model, Parting, Pressed, Radius, have_missed, have_tunnelled, may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -157,14 +157,14 @@ impl Unilateral {
             return Ok(if is_invalid { Diagnosis::Invalid } else { Diagnosis::Sound });
         }
         model.set_time(t)?;
-        if model.flaw(q).is_some() || model.sunk(q).is_some() {
+        if model.flaw(q).is_some() || model.deep_penetration(q).is_some() {
             return Ok(Diagnosis::Invalid);
         }
         if has_contact
-            && (have_passed(model, ends.way(q), Radius::Smaller)?
+            && (have_tunnelled(model, ends.way(q), Radius::Smaller)?
                 || matches!(kind, Kind::WithMemory | Kind::WithoutMemory)
                     && model.is_touched()
-                    && self.would_have_passed(model, ends)?)
+                    && self.would_have_tunnelled(model, ends)?)
         {
             return Ok(Diagnosis::Crossed);
         }
@@ -189,7 +189,7 @@ impl Unilateral {
     }
 
     /// Whether surfaces that touch now would have passed if nothing had acted: they might have been pushed aside.
-    fn would_have_passed<M: Model + ?Sized>(
+    fn would_have_tunnelled<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
@@ -197,7 +197,7 @@ impl Unilateral {
         let ([q, v], h) = (ends.before(), ends.t[1] - ends.t[0]);
         self.place.clear();
         self.place.extend(q.iter().zip(v).map(|(q, v)| q + h * v));
-        have_passed(model, ends.way(&self.place), Radius::Larger)
+        have_tunnelled(model, ends.way(&self.place), Radius::Larger)
     }
 
     /// Whether an impact in the step is too hard for it.

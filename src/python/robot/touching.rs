@@ -12,7 +12,7 @@ use super::class::PyRobot;
 use super::states::{At, flat};
 use crate::model::InTime as _;
 use crate::numerics::lie::Vector;
-use crate::robot::Touching;
+use crate::robot::ReportedTouch;
 
 /// Resultant wrench of a contact on its first surface.
 pub(super) fn forces<'py>(
@@ -43,10 +43,19 @@ pub(super) fn touches<'py>(
     let mut model = robot.model();
     or_raised(model.set_time(time))?;
     let class = py.import("lissom.model.contacts")?.getattr("Touch")?;
-    let touch = |touch: Touching| {
+    let touch = |touch: ReportedTouch| {
         let vector = |v: Vector<f64>| PyArray1::from_slice(py, &v.to_array());
-        let Touching { contact, position, normal, force, overlap, share: _, sliding, along, is_at_edge: _ } =
-            touch;
+        let ReportedTouch {
+            contact,
+            position,
+            normal,
+            force,
+            overlap,
+            share: _,
+            sliding,
+            along,
+            is_at_edge: _,
+        } = touch;
         let name = robot.description().contacts[contact].name.as_str();
         let [on_first, on_second] = along;
         class.call1((

@@ -176,7 +176,7 @@ impl Stop {
             let message = format!("What acts must be finite: {what}. The last state says nothing.");
             return Some(Self { status: Status::FirstOrder(ode::Status::NonFinite), message });
         }
-        let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.sunk(q))?;
+        let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.deep_penetration(q))?;
         let (status, cure) = match flaw {
             Flaw::Unresolved { shortage } => (
                 Status::Unresolved,

@@ -506,11 +506,11 @@ impl<'a> Search<'a> {
                 && new.force.iter().all(|force| force.is_finite())
             {
                 flaw = self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
-                let have_passed = flaw.is_none() && self.have_passed(&new, length);
-                if have_passed && self.is_deep() {
+                let have_tunnelled = flaw.is_none() && self.have_tunnelled(&new, length);
+                if have_tunnelled && self.is_deep() {
                     return Ok(Tried::Deep);
                 }
-                if flaw.is_none() && !have_passed {
+                if flaw.is_none() && !have_tunnelled {
                     let fall = predicted(&linearised, hessian, &solution.x);
                     let done = self.problem.work(&self.shape, &new)?;
                     let balance = Balance::new(&self.problem, &new, &self.scale);
@@ -637,7 +637,7 @@ impl<'a> Search<'a> {
     }
 
     /// Whether surfaces pass through each other on the way to a shape.
-    fn have_passed(&mut self, to: &Shape, length: f64) -> bool {
+    fn have_tunnelled(&mut self, to: &Shape, length: f64) -> bool {
         /// Places move straight on within parts of this length: those of a link that turns by a tenth of a radian are off by
         /// a thousandth of its length.
         const PART: f64 = 0.1;
@@ -655,7 +655,7 @@ impl<'a> Search<'a> {
             chart::retract(turns, &mut q, &part);
             // How far solids turn is judged by their coordinates.
             chart::unfold(turns, &self.shape.q, &mut q);
-            model.have_passed(&q, Radius::Smaller) || model.deepest_overlaps(&q)[1] > inside
+            model.have_tunnelled(&q, Radius::Smaller) || model.deepest_overlaps(&q)[1] > inside
         })
     }
 }

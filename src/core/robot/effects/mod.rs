@@ -27,7 +27,7 @@ use crate::robot::compile::links::Tree;
 use crate::robot::compile::points::PointsFor;
 use crate::robot::description::Robot;
 use crate::robot::effects::actuator::force::Actuators;
-use crate::robot::effects::contact::force::Touching;
+use crate::robot::effects::contact::force::ContactForces;
 use crate::robot::effects::fluid::along_rods::FluidAround;
 use crate::robot::effects::fluid::around_bodies::FluidAroundBodies;
 use crate::robot::effects::load::force::Loads;
@@ -73,7 +73,7 @@ pub const PARTS: [&Schema; 23] = [
 /// Executes code for every effect, in the order of this list.
 macro_rules! for_every_effect {
     ($effect:ident => $call:expr) => {
-        for_every_effect!($effect in [Loads, Supports, FluidAround, FluidAroundBodies, OnJoints, Actuators, ClosedLoops, Touching, Magnets] => $call)
+        for_every_effect!($effect in [Loads, Supports, FluidAround, FluidAroundBodies, OnJoints, Actuators, ClosedLoops, ContactForces, Magnets] => $call)
     };
     ($effect:ident in [$($kind:ty),*] => $call:expr) => {
         $({

@@ -223,10 +223,10 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
     let (mut most, mut jacobian) = (vec![0.0; n], Matrix::zeros(6, n));
     let beyond = kinematics::twists_beyond(plan, work);
     for touch in &work.effects.contact.touches {
-        let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
+        let [[_, force], _] = touch.contact_point.wrenches(&touch.contact_force);
         let force = force.dot(force).sqrt();
         for side in 0..2 {
-            let lever = touch.meeting.radii[side].abs();
+            let lever = touch.contact_point.radii[side].abs();
             match touch.sides[side] {
                 Standing::Along { curve, x } => {
                     let piece = plan.effects.contacts.curves[curve].piece;

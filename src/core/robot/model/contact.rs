@@ -49,7 +49,7 @@ impl InContact for RobotModel {
     }
 
     fn decide(&mut self, reached: &[Reached]) {
-        self.noted.forget();
+        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.decide(reached));
         if let Some(unloaded) = &mut self.unloaded {
             on_sweeps!(&mut **unloaded, sweeps => sweeps.decide(reached));
@@ -57,12 +57,12 @@ impl InContact for RobotModel {
     }
 
     fn leave_contact(&mut self, is_left: bool) {
-        self.noted.forget();
+        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
     fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
-        self.noted.forget();
+        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
     }
 
@@ -123,13 +123,13 @@ impl InContact for RobotModel {
         work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
     }
 
-    fn sunk(&mut self, q: &[f64]) -> Option<Flaw> {
+    fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
         if self.robot.contacts.is_empty() {
             return None;
         }
         let Self { sweeps, coordinates, .. } = self;
         let (contact, overlap) =
-            coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.sunk(q)))?;
+            coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.deep_penetration(q)))?;
         Some(Flaw::Sunk { contact, overlap })
     }
 
@@ -138,9 +138,9 @@ impl InContact for RobotModel {
         coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.note_surfaces(q)));
     }
 
-    fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+    fn have_tunnelled(&mut self, q: &[f64], radius: Radius) -> bool {
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.have_passed(q, radius)))
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.have_tunnelled(q, radius)))
     }
 
     fn is_touched(&self) -> bool {
@@ -217,12 +217,12 @@ impl InImpact for RobotModel {
         }
         let [q_after, qd_after, qdd] = motion;
         // The end of the step last: what is asked about touches afterwards is asked there. A step begins where one ended.
-        if !self.noted.is_of([q, qd]) {
+        if !self.cached.is_of([q, qd]) {
             self.note_energy([q, qd]);
         }
-        let (before, of_overlaps) = (self.noted.energy, self.noted.of_overlaps);
+        let (before, of_overlaps) = (self.cached.energy, self.cached.of_overlaps);
         self.note_energy([q_after, qd_after]);
-        let (after, of_overlaps) = (self.noted.energy, self.noted.of_overlaps.max(of_overlaps));
+        let (after, of_overlaps) = (self.cached.energy, self.cached.of_overlaps.max(of_overlaps));
         let supplied =
             if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
@@ -252,12 +252,12 @@ impl InImpact for RobotModel {
 
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
         let [q, qd, qdd] = motion;
-        if !self.noted.is_of(before) {
+        if !self.cached.is_of(before) {
             self.note_energy(before);
         }
-        let at_start = self.noted.energy;
+        let at_start = self.cached.energy;
         self.note_energy([q, qd]);
-        let at_end = self.noted.energy;
+        let at_end = self.cached.energy;
         let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
         let mut pressed = std::mem::take(&mut self.pressed);
         pressed.find(self, motion);

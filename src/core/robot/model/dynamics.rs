@@ -103,8 +103,8 @@ impl Dynamics for RobotModel {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
-        if !q.is_empty() && self.noted.is_of([q, qd]) {
-            return self.noted.energy;
+        if !q.is_empty() && self.cached.is_of([q, qd]) {
+            return self.cached.energy;
         }
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.energy(q, qd)))

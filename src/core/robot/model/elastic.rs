@@ -44,7 +44,7 @@ impl Sprung for RobotModel {
     }
 
     fn hold_cords(&mut self, tensions: Option<&[f64]>) {
-        self.noted.forget();
+        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_cords(tensions));
     }
 }

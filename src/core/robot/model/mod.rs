@@ -23,7 +23,7 @@ use crate::numerics::lie::{Instructions, Plane, Vector};
 use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::effects;
 use crate::robot::effects::actuator::plan::Line;
-use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::loops::explain::explain_redundant;
 use crate::robot::effects::loops::{Loop, Tie};
 use crate::robot::explain::{Explanation, Multiplications, cost};
@@ -71,7 +71,7 @@ pub struct RobotModel {
     /// Whether tendons that do not stretch stay taut or slack as they are.
     slack_is_kept: bool,
     /// The energy at the end of the last step that was asked whether it gains any.
-    noted: NotedEnergy,
+    cached: NotedEnergy,
     /// What takes part in impacts.
     pressed: Pressed,
 }
@@ -86,7 +86,7 @@ struct NotedEnergy {
 
 impl NotedEnergy {
     fn is_of(&self, state: [&[f64]; 2]) -> bool {
-        self.of.iter().zip(state).all(|(noted, values)| noted == values)
+        self.of.iter().zip(state).all(|(cached, values)| cached == values)
     }
 
     fn forget(&mut self) {
@@ -207,7 +207,7 @@ impl RobotModel {
             steps: f64::NAN,
             ends: Arc::new([]),
             slack_is_kept: false,
-            noted: NotedEnergy::default(),
+            cached: NotedEnergy::default(),
             pressed: Pressed::default(),
         };
         model.check_inertia()?;
@@ -489,7 +489,7 @@ impl RobotModel {
     }
 
     /// Contact points in a state, contact by contact. Allocates.
-    pub fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
+    pub fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<ReportedTouch> {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.touches(q, qd)))
     }
@@ -528,12 +528,12 @@ impl RobotModel {
 
     /// Energy of the overlaps in the shape that was looked at last.
     fn note_energy(&mut self, state: [&[f64]; 2]) {
-        self.noted.forget();
+        self.cached.forget();
         let energy = self.energy(state[0], state[1]);
         let of_overlaps = on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy());
-        self.noted.energy = energy;
-        self.noted.of_overlaps = of_overlaps;
-        self.noted.of.iter_mut().zip(state).for_each(|(noted, values)| noted.extend_from_slice(values));
+        self.cached.energy = energy;
+        self.cached.of_overlaps = of_overlaps;
+        self.cached.of.iter_mut().zip(state).for_each(|(cached, values)| cached.extend_from_slice(values));
     }
 
     /// Calls with the multipliers that a motion requires; zero if they are not determined.

@@ -12,13 +12,13 @@ impl InTime for RobotModel {
         if !self.facts.varies_in_time {
             return Ok(());
         }
-        self.noted.forget();
+        self.cached.forget();
         self.coordinates.set_time(t)?;
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time(t))
     }
 
     fn set_inputs(&mut self, u: &[f64]) {
-        self.noted.forget();
+        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_inputs(u));
     }
 
@@ -50,7 +50,7 @@ impl Excitation for RobotModel {
     }
 
     fn set_steps(&mut self, dt: f64) {
-        self.noted.forget();
+        self.cached.forget();
         self.steps = dt;
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_steps(dt));
     }
@@ -64,25 +64,25 @@ impl Excitation for RobotModel {
     }
 
     fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted> {
-        self.noted.forget();
+        self.cached.forget();
         self.coordinates.set_time_in_jump(t)?;
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.set_time_in_jump(t))
     }
 
     fn pass_jump(&mut self, t: f64) {
-        self.noted.forget();
+        self.cached.forget();
         self.coordinates.pass_jump(t);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.pass_jump(t));
     }
 
     fn mean_rates_over(&mut self, seconds: f64) {
-        self.noted.forget();
+        self.cached.forget();
         self.coordinates.mean_rates_over(seconds);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.mean_rates_over(seconds));
     }
 
     fn lag_loads(&mut self, lag: f64) -> bool {
-        self.noted.forget();
+        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.lag_loads(lag))
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Sweeps;
 use crate::model::{Overlap, Parting, Radius, Reached};
 use crate::robot::effects::actuator::force as actuation;
-use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
 use crate::robot::effects::joint_forces;
 use crate::robot::kernel::sizes::Motions;
@@ -90,7 +90,7 @@ impl<G: Turning> Sweeps<G> {
         let mut deepest: [f64; 2] = [0.0; 2];
         for touch in &work.effects.contact.touches {
             let pair = &plan.effects.contacts.pairs[touch.pair];
-            let overlap = touch.meeting.overlap / pair.thickness;
+            let overlap = touch.contact_point.overlap / pair.thickness;
             deepest[0] = deepest[0].max(overlap);
             if tunnelling::has_two_sides(plan, pair) {
                 deepest[1] = deepest[1].max(overlap);
@@ -109,7 +109,7 @@ impl<G: Turning> Sweeps<G> {
         let Self { plan, work, .. } = self;
         let overlaps = work.effects.contact.touches.iter().map(|touch| {
             let pair = &plan.effects.contacts.pairs[touch.pair];
-            let depth = touch.meeting.overlap;
+            let depth = touch.contact_point.overlap;
             Overlap { contact: pair.contact, depth, share: depth / pair.thickness }
         });
         overlaps.fold(None, |deepest, overlap| Overlap::deeper(deepest, Some(overlap)))
@@ -204,11 +204,11 @@ impl<G: Turning> Sweeps<G> {
         contact::may_touch(&self.work.effects.contact)
     }
 
-    /// Stores the positions of surfaces in a shape, from which [`Self::have_passed`] continues.
+    /// Stores the positions of surfaces in a shape, from which [`Self::have_tunnelled`] continues.
     pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
         // With a moving base the world moves even if the shape does not.
         let is_noted =
-            self.plan.world.motion.is_none() && is_same_shape(&self.work.effects.contact.noted.of, q);
+            self.plan.world.motion.is_none() && is_same_shape(&self.work.effects.contact.cached.of, q);
         if tunnelling::is_possible(&self.plan) && !is_noted {
             self.see_surfaces(q);
             tunnelling::note(&mut self.work);
@@ -216,14 +216,14 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Whether surfaces have passed through each other on the straight path to a shape, which is then stored.
-    pub(crate) fn have_passed(&mut self, q: &[f64], radius: Radius) -> bool {
+    pub(crate) fn have_tunnelled(&mut self, q: &[f64], radius: Radius) -> bool {
         if self.work.effects.contact.is_left || !tunnelling::is_possible(&self.plan) {
             return false;
         }
         self.see_surfaces(q);
-        let have_passed = tunnelling::has_passed(&self.plan, &mut self.work, radius);
+        let have_tunnelled = tunnelling::has_tunnelled(&self.plan, &mut self.work, radius);
         tunnelling::note(&mut self.work);
-        have_passed
+        have_tunnelled
     }
 
     fn see_surfaces(&mut self, q: &[f64]) {
@@ -234,9 +234,9 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// A contact whose surfaces overlap by more than a radius, and its overlap.
-    pub(crate) fn sunk(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+    pub(crate) fn deep_penetration(&mut self, q: &[f64]) -> Option<(usize, f64)> {
         self.find_touches(q);
-        query::sunk(&self.plan, &self.work)
+        query::deep_penetration(&self.plan, &self.work)
     }
 
     /// Energy of the overlaps in the shape that was looked at last.
@@ -258,8 +258,8 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Contact points in a state.
-    pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<Touching> {
+    pub(crate) fn touches(&mut self, q: &[f64], qd: &[f64]) -> Vec<ReportedTouch> {
         self.update_velocities(q, qd);
-        query::told(&self.plan, &self.work).collect()
+        query::reported(&self.plan, &self.work).collect()
     }
 }

@@ -95,7 +95,7 @@ impl<M: Model> Run<M> {
         // What a function of time raises is met by the run.
         if model.facts().has_contact
             && model.set_time(t_span.0).is_ok()
-            && let Some(flaw) = model.sunk(q0)
+            && let Some(flaw) = model.deep_penetration(q0)
         {
             let expected = "a start in which surfaces overlap by less than a radius";
             return Err(InvalidInput::new("q0", format_args!("one in which the model {flaw}"), expected));

@@ -3,7 +3,7 @@
 use crate::model::Overlap;
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::compile::{OVERLAP, needed_stiffness, stiffnesses};
-use crate::robot::effects::contact::query::Touching;
+use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::{Contact, Surface};
 
 /// Deeper overlaps, over the thickness of the thinner surface, are too deep: twice what the default stiffness aims at.
@@ -16,7 +16,7 @@ const STIFF: f64 = 10.0;
 /// where it ended, or would touch if the motion went on for a step.
 pub(crate) fn advice(
     robot: &Robot,
-    touches: &[Touching],
+    touches: &[ReportedTouch],
     is_ahead: bool,
     deepest: Option<Overlap>,
 ) -> String {
@@ -24,7 +24,7 @@ pub(crate) fn advice(
     if let Some(touch) = touches.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
         said += &pressing(robot, touch, is_ahead);
     }
-    let seen: &[Touching] = if is_ahead { &[] } else { touches };
+    let seen: &[ReportedTouch] = if is_ahead { &[] } else { touches };
     let deepest =
         seen.iter().map(overlap).fold(deepest, |deepest, found| Overlap::deeper(deepest, Some(found)));
     if let Some(overlap) = deepest.filter(|overlap| overlap.share > DEEP) {
@@ -33,7 +33,7 @@ pub(crate) fn advice(
     said
 }
 
-fn overlap(touch: &Touching) -> Overlap {
+fn overlap(touch: &ReportedTouch) -> Overlap {
     Overlap { contact: touch.contact, depth: touch.overlap, share: touch.share }
 }
 
@@ -43,7 +43,7 @@ fn fitting(contact: &Contact, stiffness: f64, overlap: Overlap) -> f64 {
     stiffness * (overlap.share / OVERLAP).powf(power)
 }
 
-fn pressing(robot: &Robot, touch: &Touching, is_ahead: bool) -> String {
+fn pressing(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> String {
     let contact = &robot.contacts[touch.contact];
     let stiffness = stiffnesses(robot)[touch.contact];
     let mut needed = needed_stiffness(robot, contact);
@@ -89,7 +89,7 @@ fn soft(robot: &Robot, overlap: Overlap) -> String {
 }
 
 /// Where a touch is along the rod that touches.
-fn place(robot: &Robot, contact: &Contact, touch: &Touching) -> String {
+fn place(robot: &Robot, contact: &Contact, touch: &ReportedTouch) -> String {
     let along = contact.surfaces.iter().zip(touch.along).find_map(|(surface, along)| match surface {
         Surface::Rod { link } => along.map(|x| (&robot.links[*link].name, x)),
         _ => None,

@@ -8,15 +8,20 @@
 //! of `1/s`. This tangent is exact at the solution, so that convergence is quadratic.
 
 use crate::numerics::lie::Vector;
-use crate::robot::effects::contact::state::{Followed, Rubbing, Standing, Touch};
+use crate::robot::effects::contact::state::{Followed, LinearisedFriction, Standing, Touch};
 
 /// Friction at a touch that is linearised exactly.
-fn exact(touch: &Touch) -> Rubbing {
+fn exact(touch: &Touch) -> LinearisedFriction {
     let (curve, x) = match touch.sides[0] {
         Standing::Along { curve, x } => (curve, x),
         _ => (0, 0.0),
     };
-    Rubbing { of: [touch.pair, curve], x, pressing: touch.pressing, linearised: touch.pressing.rubbing }
+    LinearisedFriction {
+        of: [touch.pair, curve],
+        x,
+        contact_force: touch.contact_force,
+        linearised: touch.contact_force.friction_ratio,
+    }
 }
 
 /// Finds how friction is linearised at each touch. Both these and those before are in order of pairs, curves and places on them.
@@ -30,23 +35,23 @@ pub(super) fn follow(touches: &[Touch], followed: &mut Followed) {
         before.clear();
     }
     let mut known = before.iter().peekable();
-    let mut nearest: Option<&Rubbing> = None;
-    for (rubbing, touch) in now.iter_mut().zip(touches) {
+    let mut nearest: Option<&LinearisedFriction> = None;
+    for (friction_ratio, touch) in now.iter_mut().zip(touches) {
         // That of the same curve which is nearest on it.
         while let Some(&next) = known.peek()
-            && next.of <= rubbing.of
+            && next.of <= friction_ratio.of
         {
-            let is_further = |last: &Rubbing| {
-                last.of == rubbing.of
-                    && next.of == rubbing.of
-                    && (next.x - rubbing.x).abs() > (last.x - rubbing.x).abs()
+            let is_further = |last: &LinearisedFriction| {
+                last.of == friction_ratio.of
+                    && next.of == friction_ratio.of
+                    && (next.x - friction_ratio.x).abs() > (last.x - friction_ratio.x).abs()
             };
             if nearest.is_some_and(is_further) {
                 break;
             }
             nearest = known.next();
         }
-        rubbing.linearised = match nearest.filter(|last| last.of == rubbing.of) {
+        friction_ratio.linearised = match nearest.filter(|last| last.of == friction_ratio.of) {
             Some(last) => turned(last, touch, length),
             // What begins to touch has no friction yet: it is linearised as drag.
             None => Vector::zero(),
@@ -56,12 +61,12 @@ pub(super) fn follow(touches: &[Touch], followed: &mut Followed) {
 
 /// How friction is linearised at a touch, by how it was where that was seen last, if it has come that part of the way to where
 /// this led.
-fn turned(last: &Rubbing, touch: &Touch, length: f64) -> Vector<f64> {
-    let turned = last.pressing.turned(last.linearised, &touch.pressing, length);
-    let normal = touch.meeting.normal;
+fn turned(last: &LinearisedFriction, touch: &Touch, length: f64) -> Vector<f64> {
+    let turned = last.contact_force.turned(last.linearised, &touch.contact_force, length);
+    let normal = touch.contact_point.normal;
     let turned = turned - normal * normal.dot(turned);
     // There is no more friction than that; with more the tangent would not resist all motions.
-    let most = touch.meeting.law.friction.into_iter().fold(0.0, f64::max);
+    let most = touch.contact_point.law.friction.into_iter().fold(0.0, f64::max);
     let size = turned.dot(turned).sqrt();
     if size > most { turned * (most / size) } else { turned }
 }

@@ -11,7 +11,7 @@ use crate::model::Energy;
 use crate::numerics::lie::{LANES, Lanes, Scalar, Sweep, Twist, Vector, Wrench};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Motion;
-use crate::robot::effects::contact::shapes::touch::Meeting;
+use crate::robot::effects::contact::shapes::touch::ContactPoint;
 use crate::robot::effects::contact::sliding;
 use crate::robot::effects::contact::state::{ContactState, ContactTangent, Standing, Touch};
 use crate::robot::effects::kinds::{
@@ -27,11 +27,11 @@ use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::{Turning, columns};
 
 /// What touches of a plan.
-pub(crate) struct Touching;
+pub(crate) struct ContactForces;
 
 /// What the two sides of a touch need against it, about the origin.
 pub(super) fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
-    let wrenches = touch.meeting.wrenches(&touch.pressing);
+    let wrenches = touch.contact_point.wrenches(&touch.contact_force);
     std::array::from_fn(|s| {
         let [moment, force] = wrenches[s];
         let moment = moment + touch.centres[s].cross(force);
@@ -113,7 +113,7 @@ fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: Standing) ->
     Some(slope * slope.dot(slope).sqrt().recip())
 }
 
-impl<G: Turning> PartialWrench<G> for Touching {
+impl<G: Turning> PartialWrench<G> for ContactForces {
     /// Places along a rod where it is touched are in no nodal integral. They act like points, or share what is spread between
     /// them.
     fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
@@ -135,7 +135,7 @@ impl<G: Turning> PartialWrench<G> for Touching {
     }
 }
 
-impl<G: Turning> CoordinateForce<G> for Touching {
+impl<G: Turning> CoordinateForce<G> for ContactForces {
     fn acts(plan: &Plan<G>) -> bool {
         !plan.effects.contacts.pairs.is_empty()
     }
@@ -192,13 +192,13 @@ impl<G: Turning> CoordinateForce<G> for Touching {
     }
 }
 
-impl<G: Turning> StoredEnergy<G> for Touching {
+impl<G: Turning> StoredEnergy<G> for ContactForces {
     fn add_energy(_: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         energy.elastic += super::query::overlap_energy(work);
     }
 }
 
-impl<G: Turning> Dissipation<G> for Touching {
+impl<G: Turning> Dissipation<G> for ContactForces {
     fn dissipates(plan: &Plan<G>) -> bool {
         let mut laws = plan.effects.contacts.pairs.iter().map(|pair| &pair.law);
         laws.any(|law| law.dissipation > 0.0 || law.friction != [0.0; 3])
@@ -209,16 +209,16 @@ impl<G: Turning> Dissipation<G> for Touching {
     }
 
     fn dissipated_power(_: &Plan<G>, work: &Workspace<G>) -> f64 {
-        work.effects.contact.touches.iter().map(|touch| touch.pressing.dissipated_power()).sum()
+        work.effects.contact.touches.iter().map(|touch| touch.contact_force.dissipated_power()).sum()
     }
 }
 
-impl NotAtPoints for Touching {}
-impl NoLineWrench for Touching {}
-impl NoDeadLineWrench for Touching {}
-impl NoLineResponse for Touching {}
-impl NoSupply for Touching {}
-impl NoVelocityDependence for Touching {}
+impl NotAtPoints for ContactForces {}
+impl NoLineWrench for ContactForces {}
+impl NoDeadLineWrench for ContactForces {}
+impl NoLineResponse for ContactForces {}
+impl NoSupply for ContactForces {}
+impl NoVelocityDependence for ContactForces {}
 
 /// Whether surfaces may touch in the shape that was looked at last.
 pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {
@@ -309,7 +309,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             }
         }
         let sliding = sliding::find(plan, work, touch, linearised, rows);
-        let meeting = sliding.as_ref().map_or(&touch.meeting, |sliding| &sliding.meeting);
+        let contact_point = sliding.as_ref().map_or(&touch.contact_point, |sliding| &sliding.contact_point);
         if let Some(sliding) = &sliding {
             sliding.write(&pair.reaches, weights.q, moved, &mut rows.slides);
         }
@@ -317,7 +317,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             // The last pack may hold coordinates behind the range: their answers are not used, or found later.
             for first in reach.clone().step_by(LANES) {
                 let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
-                let mut answered = answer(touch, meeting, linearised, weights, motions);
+                let mut answered = answer(touch, contact_point, linearised, weights, motions);
                 if let Some(sliding) = &sliding {
                     sliding.add_answers(pack(&rows.slides, first), &mut answered);
                 }
@@ -390,8 +390,8 @@ fn pack<P: Lanes>(numbers: &[f64], first: usize) -> P {
 #[inline(always)]
 fn answer<T: Scalar>(
     touch: &Touch,
-    meeting: &Meeting,
-    rubbing: Vector<f64>,
+    contact_point: &ContactPoint,
+    friction_ratio: Vector<f64>,
     weights: Weights,
     [moved, faster]: [[Motion<T>; 2]; 2],
 ) -> [Motion<T>; 2] {
@@ -399,8 +399,8 @@ fn answer<T: Scalar>(
     // Written out: `array::map` and `from_fn` are not always inlined, and took a fifth of the time of a pile.
     let [first, second] = [scaled(moved[0], q), scaled(moved[1], q)];
     let rates = [rate(moved[0], faster[0], [q, v]), rate(moved[1], faster[1], [q, v])];
-    let change = meeting.change(&touch.pressing, rubbing, [first, second], rates);
-    let wrenches = meeting.wrenches(&touch.pressing);
+    let change = contact_point.change(&touch.contact_force, friction_ratio, [first, second], rates);
+    let wrenches = contact_point.wrenches(&touch.contact_force);
     [answered(change[0], wrenches[0], first[0]), answered(change[1], wrenches[1], second[0])]
 }
 

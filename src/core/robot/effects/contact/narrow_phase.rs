@@ -17,7 +17,7 @@ use crate::robot::effects::contact::shapes::elliptic_tube;
 use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
-use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
+use crate::robot::effects::contact::shapes::touch::{ContactPoint, Law};
 use crate::robot::effects::contact::shapes::tube::Tube;
 use crate::robot::effects::contact::state::{Share, Span, Standing, Term, Touch};
 use crate::robot::plan::Plan;
@@ -737,7 +737,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
         let Distance { normal, curvature, .. } = nearest.distance;
         let radii = [radius, nearest.radius];
-        let meeting = Meeting {
+        let contact_point = ContactPoint {
             law: Law { stiffness: pair.law.stiffness.min(self.stiffest[p]), ..pair.law },
             weight,
             overlap,
@@ -750,7 +750,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             motions,
             axis,
         };
-        let pressing = meeting.pressing();
-        found.touches.push(Touch { pair: p, sides, centres, share, meeting, pressing });
+        let contact_force = contact_point.contact_force();
+        found.touches.push(Touch { pair: p, sides, centres, share, contact_point, contact_force });
     }
 }

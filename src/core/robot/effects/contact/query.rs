@@ -6,7 +6,7 @@ use crate::model::{Parting, REACHED};
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
-use crate::robot::effects::contact::shapes::touch::{Law, Meeting};
+use crate::robot::effects::contact::shapes::touch::{ContactPoint, Law};
 use crate::robot::effects::contact::state::{ContactState, Standing, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -25,14 +25,14 @@ const COARSE: f64 = (PI / 10.0) * (PI / 10.0);
 const AT_REST: f64 = 1e-2;
 
 /// A contact whose surfaces overlap by more than the radius of one, and by how much.
-pub(crate) fn sunk<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
+pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
     let is_sunk = |touch: &&Touch| {
-        let (first, [_, second]) = (touch.meeting.thickness, touch.meeting.radii);
+        let (first, [_, second]) = (touch.contact_point.thickness, touch.contact_point.radii);
         let smallest = if second > 0.0 { first.min(second) } else { first };
-        touch.meeting.overlap > smallest
+        touch.contact_point.overlap > smallest
     };
     if let Some(touch) = work.effects.contact.touches.iter().find(is_sunk) {
-        return Some((plan.effects.contacts.pairs[touch.pair].contact, touch.meeting.overlap));
+        return Some((plan.effects.contacts.pairs[touch.pair].contact, touch.contact_point.overlap));
     }
     // Bodies that are in each other up to their middles need not touch with a corner or an edge.
     plan.effects.contacts.pairs.iter().find_map(|pair| {
@@ -53,8 +53,8 @@ pub(crate) fn reached<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, length: f
     let far = length + size(plan.world.base.position);
     let is_just_touched = |touch: &Touch| {
         let [first, second] = touch.centres.map(size);
-        let span = far + first + second + touch.meeting.radii.iter().sum::<f64>();
-        touch.meeting.overlap <= REACHED * span
+        let span = far + first + second + touch.contact_point.radii.iter().sum::<f64>();
+        touch.contact_point.overlap <= REACHED * span
     };
     let touches = &work.effects.contact.touches;
     let mut pairs: Vec<usize> = touches.iter().map(|touch| touch.pair).collect();
@@ -65,17 +65,17 @@ pub(crate) fn reached<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, length: f
 
 /// Energy of the overlaps.
 pub(crate) fn overlap_energy<G: Turning>(work: &Workspace<G>) -> f64 {
-    work.effects.contact.touches.iter().map(|touch| touch.meeting.energy(&touch.pressing)).sum()
+    work.effects.contact.touches.iter().map(|touch| touch.contact_point.energy(&touch.contact_force)).sum()
 }
 
 /// Takes down how fast the surfaces that touch approach each other, the motion up to date.
 pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
     let ContactState { touches, rates, .. } = &mut work.effects.contact;
     rates.clear();
-    rates.extend(touches.iter().map(|touch| touch.pressing.rate));
+    rates.extend(touches.iter().map(|touch| touch.contact_force.rate));
 }
 
-/// Whether a step of size `h` is too long for how surfaces meet, or push each other apart, the motion at its end up to date; noted are
+/// Whether a step of size `h` is too long for how surfaces meet, or push each other apart, the motion at its end up to date; cached are
 /// the rates of their distances with the velocities at its beginning.
 ///
 /// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
@@ -84,16 +84,17 @@ pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
 pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
     touches.enumerate().any(|(t, (touch, &before))| {
-        let (overlap, after) = (touch.meeting.overlap, touch.pressing.rate);
+        let (overlap, after) = (touch.contact_point.overlap, touch.contact_force.rate);
         let has_met = overlap + 0.5 * h * (before + after) < 0.0;
         has_met && after - before > MOST_LOST * before.abs()
-            || h * h * opening(plan, work, t) > UNRESOLVED * overlap * touch.pressing.stiffening().max(1.0)
+            || h * h * opening(plan, work, t)
+                > UNRESOLVED * overlap * touch.contact_force.stiffening().max(1.0)
     })
 }
 
 /// Whether surfaces that touch, the motion up to date, approach each other, or part, in a step of size `h` by more than those that rest.
 pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
-    let moves = |touch: &Touch| h * touch.pressing.rate.abs() > AT_REST * touch.meeting.overlap;
+    let moves = |touch: &Touch| h * touch.contact_force.rate.abs() > AT_REST * touch.contact_point.overlap;
     work.effects.contact.touches.iter().any(moves)
 }
 
@@ -106,7 +107,7 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
 }
 
 /// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
-/// date; noted are the rates of their distances at its beginning, the time `since` ago, and the
+/// date; cached are the rates of their distances at its beginning, the time `since` ago, and the
 /// accelerations with which they open without contact forces.
 ///
 /// A pair alone obeys `d'' = a - omega^2 d` in its overlap d, if a presses it together: it leaves with the speed u of
@@ -120,22 +121,22 @@ pub(crate) fn parting<G: Turning>(
     by_weight: bool,
 ) -> Parting {
     let contact = &work.effects.contact;
-    let noted = contact.rates.iter().zip(&contact.openings);
+    let cached = contact.rates.iter().zip(&contact.openings);
     let mut found = Parting::default();
-    for (t, (touch, (&before, &unpushed))) in contact.touches.iter().zip(noted).enumerate() {
-        let overlap = touch.meeting.overlap;
-        let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.pressing.stiffening());
+    for (t, (touch, (&before, &unpushed))) in contact.touches.iter().zip(cached).enumerate() {
+        let overlap = touch.contact_point.overlap;
+        let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.contact_force.stiffening());
         let is_coarse = h * h * stiffness > COARSE;
-        let pressing = if by_weight { pressing_weight(plan, work, touch) } else { -unpushed };
-        let began = (overlap + 0.5 * since * (before + touch.pressing.rate)).max(0.0);
-        let square = before * before + (stiffness * began - 2.0 * pressing) * began;
+        let contact_force = if by_weight { pressing_weight(plan, work, touch) } else { -unpushed };
+        let began = (overlap + 0.5 * since * (before + touch.contact_force.rate)).max(0.0);
+        let square = before * before + (stiffness * began - 2.0 * contact_force) * began;
         if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
             continue;
         }
         let speed = square.sqrt();
-        let leaving = speed * rebound(touch.meeting.law.dissipation * speed);
+        let leaving = speed * rebound(touch.contact_point.law.dissipation * speed);
         if leaving * h > REACHED * plan.effects.contacts.pairs[touch.pair].thickness {
-            let (flight, impact) = (2.0 * leaving / (pressing.max(0.0) * h), PI / stiffness.sqrt());
+            let (flight, impact) = (2.0 * leaving / (contact_force.max(0.0) * h), PI / stiffness.sqrt());
             found = found.and(Parting { flight, impact, speed: leaving });
         }
     }
@@ -151,13 +152,13 @@ fn pressing_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touc
     };
     let [first, second] = touch.sides.each_ref().map(|side| f64::from(u8::from(falls(side))));
     let gravity = G::in_space(plan.frame, work.surroundings.gravity);
-    touch.meeting.normal.dot(gravity) * (second - first)
+    touch.contact_point.normal.dot(gravity) * (second - first)
 }
 
 /// The acceleration with which the surfaces of a touch open.
 fn opening<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize) -> f64 {
     let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
-    work.effects.contact.touches[t].meeting.normal.dot(first - second)
+    work.effects.contact.touches[t].contact_point.normal.dot(first - second)
 }
 
 /// The hardest of the impacts in a step.
@@ -181,13 +182,13 @@ pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     }
     let square = |t: usize, touch: &Touch| {
         let opening = opening(plan, work, t);
-        (opening > 0.0).then(|| touch.meeting.overlap * touch.pressing.stiffening() / opening)
+        (opening > 0.0).then(|| touch.contact_point.overlap * touch.contact_force.stiffening() / opening)
     };
     // Those that are stopped between others need not open.
-    let is_stopped = touch.pressing.rate - before > MOST_LOST * before.abs();
+    let is_stopped = touch.contact_force.rate - before > MOST_LOST * before.abs();
     let of_others = || touches.filter_map(|(t, (touch, _))| square(t, touch)).reduce(f64::min);
     let square = square(t, touch).or_else(|| if is_stopped { of_others() } else { None })?;
-    let Law { dissipation, .. } = touch.meeting.law;
+    let Law { dissipation, .. } = touch.contact_point.law;
     Some(Hardest {
         contact: plan.effects.contacts.pairs[touch.pair].contact,
         rebound: rebound(-dissipation * before),
@@ -252,7 +253,7 @@ fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side:
 
 /// A place where two surfaces touch, as a robot tells it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touching {
+pub struct ReportedTouch {
     /// The contact, by its place among those of the robot.
     pub contact: usize,
     /// On the first surface, metres.
@@ -278,22 +279,25 @@ pub struct Touching {
 const TURNS_AT_EDGE: f64 = 0.5;
 
 /// Whether a side of a pair is a box or mesh that touches with an edge or corner.
-fn is_at_edge<G: Turning>(plan: &Plan<G>, side: &Side, meeting: &Meeting) -> bool {
+fn is_at_edge<G: Turning>(plan: &Plan<G>, side: &Side, contact_point: &ContactPoint) -> bool {
     let &Side::Solid(solid) = side else { return false };
     let has_faces = plan.effects.contacts.solids[solid].solid.has_faces();
-    let Symmetric { xx, yy, zz, .. } = meeting.curvature;
-    has_faces && (xx + yy + zz) * meeting.radii[0] > TURNS_AT_EDGE
+    let Symmetric { xx, yy, zz, .. } = contact_point.curvature;
+    has_faces && (xx + yy + zz) * contact_point.radii[0] > TURNS_AT_EDGE
 }
 
 /// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
-pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iterator<Item = Touching> {
+pub(crate) fn reported<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+) -> impl Iterator<Item = ReportedTouch> {
     let base = &work.surroundings.base;
     work.effects.contact.touches.iter().map(move |touch| {
         let pair = &plan.effects.contacts.pairs[touch.pair];
         let (first, sign) = if pair.is_turned { (1, -1.0) } else { (0, 1.0) };
-        let [[_, force], _] = touch.meeting.wrenches(&touch.pressing);
+        let [[_, force], _] = touch.contact_point.wrenches(&touch.contact_force);
         let turned = |v: Vector<f64>| base.rotation.apply(v);
-        let position = touch.centres[first] + touch.meeting.arms()[first];
+        let position = touch.centres[first] + touch.contact_point.arms()[first];
         let along = |s: usize| match touch.sides[s] {
             Standing::Along { curve, x } => {
                 let curve = &plan.effects.contacts.curves[curve];
@@ -301,16 +305,16 @@ pub(crate) fn told<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> impl Iter
             }
             _ => None,
         };
-        Touching {
+        ReportedTouch {
             contact: pair.contact,
             position: base.position + turned(position),
-            normal: turned(touch.meeting.normal * sign),
+            normal: turned(touch.contact_point.normal * sign),
             force: turned(force * sign),
-            overlap: touch.meeting.overlap,
-            share: touch.meeting.overlap / pair.thickness,
-            sliding: turned(touch.pressing.sliding * sign),
+            overlap: touch.contact_point.overlap,
+            share: touch.contact_point.overlap / pair.thickness,
+            sliding: turned(touch.contact_force.sliding * sign),
             along: [along(first), along(1 - first)],
-            is_at_edge: pair.sides.iter().any(|side| is_at_edge(plan, side, &touch.meeting)),
+            is_at_edge: pair.sides.iter().any(|side| is_at_edge(plan, side, &touch.contact_point)),
         }
     })
 }

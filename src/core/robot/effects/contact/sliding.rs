@@ -18,7 +18,7 @@ use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, Wrench};
 use crate::robot::algebra::tie::Motion;
 use crate::robot::effects::contact::shapes::distance::SHORTEST;
 use crate::robot::effects::contact::shapes::slide::Slide;
-use crate::robot::effects::contact::shapes::touch::Meeting;
+use crate::robot::effects::contact::shapes::touch::ContactPoint;
 use crate::robot::effects::contact::state::{Rows, Standing, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -27,7 +27,7 @@ use crate::robot::turning::{Turning, columns};
 /// How the nearest place on the second rod of a touch slides.
 pub(super) struct Sliding {
     /// The touch as a place sees it that does not slide.
-    pub(super) meeting: Meeting,
+    pub(super) contact_point: ContactPoint,
     slide: Slide,
     /// Wrenches that both sides answer for a unit of dxi.
     answers: [Motion; 2],
@@ -50,7 +50,7 @@ pub(super) fn find<G: Turning>(
     let way = touch.centres[0] - centre;
     let length = way.dot(way).sqrt();
     // Sections that are not round carry the normal with them, and a point on the axis has none.
-    if touch.meeting.is_carried || touch.meeting.rolling.is_some() || length <= SHORTEST {
+    if touch.contact_point.is_carried || touch.contact_point.rolling.is_some() || length <= SHORTEST {
         return None;
     }
     let contact = &work.effects.contact;
@@ -59,8 +59,8 @@ pub(super) fn find<G: Turning>(
     let [_, slope, bend] = Shape::new(curve, &contact.terms, &contact.axes).at(x);
     let widening = curve.widening(x);
     let slide = Slide::new(way, [slope, bend], widening)?;
-    let mut meeting = touch.meeting;
-    meeting.curvature += Symmetric::square(slide.across) * (slide.stretch * length).recip();
+    let mut contact_point = touch.contact_point;
+    contact_point.curvature += Symmetric::square(slide.across) * (slide.stretch * length).recip();
 
     let Rows { slides, shares, at, weights, polynomials } = rows;
     let weights = &mut weights[..piece.packs * LANES];
@@ -84,16 +84,16 @@ pub(super) fn find<G: Turning>(
     let rate = rate.sum();
     let angular = G::axial_in_space(plan.frame, rate.angular);
     // Along the surface: as the radius changes, the distance does not.
-    let along = slope + meeting.normal * widening;
-    let [turning, _] = meeting.motions[1];
+    let along = slope + contact_point.normal * widening;
+    let [turning, _] = contact_point.motions[1];
     let linear = G::in_space(plan.frame, rate.linear) + angular.cross(centre) + turning.cross(along);
     let at_rest = [Vector::zero(); 2];
     let moved = [at_rest, [Vector::zero(), along]];
-    let change = meeting.change(&touch.pressing, linearised, moved, [at_rest, [angular, linear]]);
+    let change = contact_point.change(&touch.contact_force, linearised, moved, [at_rest, [angular, linear]]);
     let [[moment, force], [other_moment, other_force]] = change;
-    let [_, [_, pressed]] = meeting.wrenches(&touch.pressing);
+    let [_, [_, pressed]] = contact_point.wrenches(&touch.contact_force);
     let answers = [[-moment, -force], [-(other_moment + along.cross(pressed)), -other_force]];
-    Some(Sliding { meeting, slide, answers, own: piece.coordinates() })
+    Some(Sliding { contact_point, slide, answers, own: piece.coordinates() })
 }
 
 impl Sliding {

@@ -6,7 +6,7 @@ use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector};
 use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
-use crate::robot::effects::contact::shapes::touch::{Meeting, Pressing};
+use crate::robot::effects::contact::shapes::touch::{ContactForce, ContactPoint};
 use crate::robot::plan::space::Space;
 
 /// State of contacts, moved out of the workspace while contacts are evaluated.
@@ -44,7 +44,7 @@ pub(crate) struct ContactState<P> {
     pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) poses: Vec<Pose>,
     /// Positions of surfaces in a stored shape.
-    pub(crate) noted: Noted,
+    pub(crate) cached: Cached,
     /// Whether contact forces are disabled.
     pub(crate) is_left: bool,
     /// Largest stiffness of every pair: infinite unless contacts are softened.
@@ -70,7 +70,7 @@ pub(crate) struct ContactState<P> {
 
 /// Positions of surfaces in a shape.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Noted {
+pub(crate) struct Cached {
     /// Coordinates of the shape.
     pub(crate) of: Vec<f64>,
     /// Samples and bounds of all curves, centres of all balls, corners of all bodies, and axes of all solids,
@@ -148,8 +148,8 @@ pub(crate) struct Touch {
     pub(crate) centres: [Vector<f64>; 2],
     /// Its share of a contact that is spread along the first side.
     pub(crate) share: Option<Share>,
-    pub(crate) meeting: Meeting,
-    pub(crate) pressing: Pressing,
+    pub(crate) contact_point: ContactPoint,
+    pub(crate) contact_force: ContactForce,
 }
 
 /// A place of the rule that integrates over an interval of a rod.
@@ -211,7 +211,7 @@ impl<P> Default for ContactState<P> {
             centres: Vec::new(),
             corners: Vec::new(),
             poses: Vec::new(),
-            noted: Noted::default(),
+            cached: Cached::default(),
             is_rigid_near: false,
             is_left: false,
             stiffest: Vec::new(),
@@ -255,7 +255,7 @@ impl<P: Lanes> ContactState<P> {
             centres: vec![Vector::zero(); contacts.balls.len()],
             corners: vec![Vector::zero(); contacts.bodies.iter().map(|body| body.corners.len()).sum()],
             poses: vec![Pose::unmoved(); contacts.solids.len()],
-            noted: Noted::default(),
+            cached: Cached::default(),
             is_rigid_near: false,
             is_left: false,
             stiffest: vec![f64::INFINITY; contacts.pairs.len()],
@@ -316,18 +316,18 @@ pub(crate) struct Followed {
     /// Whether the iteration is at its start.
     pub(crate) is_new: bool,
     /// Friction at the contact points of the current tangent, and of the previous one in the iteration.
-    pub(crate) now: Vec<Rubbing>,
-    pub(crate) before: Vec<Rubbing>,
+    pub(crate) now: Vec<LinearisedFriction>,
+    pub(crate) before: Vec<LinearisedFriction>,
 }
 
 /// Linearised friction at a contact point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rubbing {
+pub(crate) struct LinearisedFriction {
     /// Indices of the pair and of the first side's curve.
     pub(crate) of: [usize; 2],
     /// Position along this curve.
     pub(crate) x: f64,
-    pub(crate) pressing: Pressing,
+    pub(crate) contact_force: ContactForce,
     /// Friction per unit normal force, on the second side.
     pub(crate) linearised: Vector<f64>,
 }

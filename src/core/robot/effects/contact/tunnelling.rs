@@ -19,7 +19,7 @@ use crate::robot::effects::contact::shapes::distance::{
     between as distance, of_segments as distance_of_segments,
 };
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
-use crate::robot::effects::contact::state::{ContactState, Noted, Span};
+use crate::robot::effects::contact::state::{Cached, ContactState, Span};
 use crate::robot::effects::contact::{broad_phase, detection};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -57,7 +57,7 @@ pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
 /// Takes down where surfaces are, as was seen last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.effects.contact;
-    let Noted { of, places, bounds, centres, corners, poses, .. } = &mut contact.noted;
+    let Cached { of, places, bounds, centres, corners, poses, .. } = &mut contact.cached;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
     places.clear();
@@ -70,15 +70,15 @@ pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
 
 /// Finds how far the curves have moved since that.
 fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let ContactState { noted: Noted { places, moved, .. }, samples, .. } = &mut work.effects.contact;
+    let ContactState { cached: Cached { places, moved, .. }, samples, .. } = &mut work.effects.contact;
     moved.clear();
     moved.extend(plan.effects.contacts.curves.iter().map(|curve| {
         let own = curve.first_sample..curve.first_sample + curve.samples.len();
         let ways = places[own.clone()].iter().zip(&samples[own]);
         ways.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
     }));
-    let ContactState { noted, bounds: now, .. } = &mut work.effects.contact;
-    let Noted { bounds, swept, branches, .. } = noted;
+    let ContactState { cached, bounds: now, .. } = &mut work.effects.contact;
+    let Cached { bounds, swept, branches, .. } = cached;
     swept.clear();
     swept.extend(bounds.iter().zip(&*now).map(|(&(before, of_before), &(now, of_now))| {
         ((before + now) * 0.5, 0.5 * distance(before, now) + of_before.max(of_now))
@@ -87,8 +87,8 @@ fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     broad_phase::enclose(&plan.effects.contacts, swept, branches);
 }
 
-/// Whether any pair has passed through each other between what was noted and what was seen last.
-pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
+/// Whether any pair has passed through each other between what was cached and what was seen last.
+pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
     measure_ways(plan, work);
     if have_rods_crossed(plan, work, measure) {
         return true;
@@ -146,7 +146,7 @@ pub(crate) fn has_passed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, me
             }
         }
         [Side::Body(body), Side::Solid(solid)] => {
-            ways.has_body_passed(&plan.effects.contacts.bodies[*body], *solid)
+            ways.has_body_tunnelled(&plan.effects.contacts.bodies[*body], *solid)
         }
         [Side::Solid(_), _] | [_, Side::Body(_)] | [Side::Body(_), _] => false,
     })
@@ -159,7 +159,7 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
     let have_crossed = plan.effects.contacts.pairs.iter().any(|pair| {
         let [Side::Rod(rod), Side::Rod(other)] = &pair.sides else { return false };
         near.clear();
-        broad_phase::gather(&plan.effects.contacts, pair, [rod, other], &state.noted.branches, &mut near);
+        broad_phase::gather(&plan.effects.contacts, pair, [rod, other], &state.cached.branches, &mut near);
         near.iter().any(|&[c, o]| {
             for curve in [c, o] {
                 detection::look_closely(plan, &work.slope, &mut state, curve);
@@ -234,16 +234,16 @@ struct Ways<'a, G: Turning> {
 impl<G: Turning> Ways<'_, G> {
     /// A ball around all that a curve sweeps.
     fn bound(&self, curve: usize) -> (Vector<f64>, f64) {
-        self.contact.noted.swept[curve]
+        self.contact.cached.swept[curve]
     }
 
     /// All that a curve sweeps, around its chord.
     fn swept(&self, curve: usize) -> Span {
-        self.contact.chords[curve].widened(self.contact.noted.moved[curve])
+        self.contact.chords[curve].widened(self.contact.cached.moved[curve])
     }
 
     fn of_ball(&self, ball: usize) -> Way {
-        [self.contact.noted.centres[ball], self.contact.centres[ball]]
+        [self.contact.cached.centres[ball], self.contact.centres[ball]]
     }
 
     /// A solid that moves in the frame, and how.
@@ -252,20 +252,20 @@ impl<G: Turning> Ways<'_, G> {
         let Self { q, contact, .. } = self;
         on.map(|fixture| {
             let turned_by = &self.plan.effects.contacts.fixtures[fixture].turned_by;
-            let change = |k: usize| (q[k] - contact.noted.of[k]).abs();
+            let change = |k: usize| (q[k] - contact.cached.of[k]).abs();
             let most_turn = turned_by.iter().map(|&(k, rate)| rate * change(k)).sum();
-            Moving::new(own, contact.noted.poses[solid], contact.poses[solid], most_turn)
+            Moving::new(own, contact.cached.poses[solid], contact.poses[solid], most_turn)
         })
     }
 
     /// Whether the corners and edges of a body have come so deep into a solid that its surface does not tell any more where they entered.
-    fn has_body_passed(&self, body: &Body, solid: usize) -> bool {
+    fn has_body_tunnelled(&self, body: &Body, solid: usize) -> bool {
         let own = body.first_corner..body.first_corner + body.corners.len();
         let corners =
-            || self.contact.noted.corners[own.clone()].iter().zip(&self.contact.corners[own.clone()]);
+            || self.contact.cached.corners[own.clone()].iter().zip(&self.contact.corners[own.clone()]);
         let way = |corner: usize| {
             let k = body.first_corner + corner;
-            [self.contact.noted.corners[k], self.contact.corners[k]]
+            [self.contact.cached.corners[k], self.contact.corners[k]]
         };
         let (radius, measure) = (body.radius, self.measure.part() * body.measure);
         let fixed = &self.plan.effects.contacts.solids[solid].solid;
@@ -289,7 +289,7 @@ impl<G: Turning> Ways<'_, G> {
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
         let curve = &self.plan.effects.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
-        let places = &self.contact.noted.places[seen.clone()];
+        let places = &self.contact.cached.places[seen.clone()];
         let samples = &self.contact.samples[seen];
         curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
             ways: [i, i + 1].map(|i| [places[i], samples[i][0]]),

@@ -1,6 +1,6 @@
 //! Shapes that rods, balls and bodies touch: one file each with what users describe, its checks, and all that contact asks of it.
 //!
-//! A new shape is a file here, its line in the list below, and its [`Solid`], which has its distances.
+//! A new shape is a file here, its line in the list below, and its `Solid`, which has its distances.
 
 mod capsule;
 mod convex_mesh;

@@ -91,7 +91,7 @@ impl Law {
 
 /// Two overlapping sides, in space and the frame of the plan.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Meeting {
+pub(crate) struct ContactPoint {
     pub(crate) law: Law,
     /// Fraction of the stiffness at this point.
     pub(crate) weight: f64,
@@ -119,7 +119,7 @@ pub(crate) struct Meeting {
 
 /// Contact forces between the sides.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pressing {
+pub(crate) struct ContactForce {
     /// Normal force, and its conservative part.
     pub(crate) normal_force: f64,
     elastic: f64,
@@ -128,7 +128,7 @@ pub(crate) struct Pressing {
     pub(crate) sliding: Vector<f64>,
     /// Friction on the first side, and friction per unit normal force on the second.
     pub(crate) friction: Vector<f64>,
-    pub(crate) rubbing: Vector<f64>,
+    pub(crate) friction_ratio: Vector<f64>,
     /// Friction at unit regularised speed.
     direction: Vector<f64>,
     /// Direction along the first side in the plane of contact; the velocity along it, and the coefficient of
@@ -156,7 +156,7 @@ fn across<T: Scalar>(v: Vector<T>, normal: Vector<T>) -> Vector<T> {
     v - normal * normal.dot(v)
 }
 
-impl Meeting {
+impl ContactPoint {
     /// Vectors from the centres to the point of contact.
     pub(crate) fn arms(&self) -> [Vector<f64>; 2] {
         let arm = self.normal * -self.radii[0];
@@ -164,7 +164,7 @@ impl Meeting {
     }
 
     /// Contact forces.
-    pub(crate) fn pressing(&self) -> Pressing {
+    pub(crate) fn contact_force(&self) -> ContactForce {
         let Law { stiffness, dissipation, friction, slip_velocity, patch_radius, .. } = self.law;
         let [forward, backward, sideways] = friction;
         let [[turning, velocity], [other_turning, other_velocity]] = self.motions;
@@ -196,8 +196,8 @@ impl Meeting {
         }
         let [speed, of_speed, _] = of_along;
         let direction = sliding * sideways + along * ((of_speed - sideways) * speed);
-        let rubbing = direction * inverse_speed;
-        let friction = rubbing * -normal_force;
+        let friction_ratio = direction * inverse_speed;
+        let friction = friction_ratio * -normal_force;
         let [mut torsion, mut spin, mut inverse_spin, mut fall_of_spin] = [0.0; 4];
         if patch_radius > 0.0 {
             spin = self.normal.dot(turning - other_turning);
@@ -207,13 +207,13 @@ impl Meeting {
             fall_of_spin = inverse * inverse + weakening * patch_radius * patch_radius;
             torsion = -normal_force * sideways * patch_radius * spin * inverse_spin;
         }
-        Pressing {
+        ContactForce {
             normal_force,
             elastic,
             rate,
             sliding,
             friction,
-            rubbing,
+            friction_ratio,
             direction,
             along,
             inverse_along,
@@ -228,10 +228,10 @@ impl Meeting {
     }
 
     /// Moments about the centres, and forces, on both sides.
-    pub(crate) fn wrenches(&self, pressing: &Pressing) -> [Motion; 2] {
-        let force = self.normal * pressing.normal_force + pressing.friction;
+    pub(crate) fn wrenches(&self, contact_force: &ContactForce) -> [Motion; 2] {
+        let force = self.normal * contact_force.normal_force + contact_force.friction;
         let [arm, other_arm] = self.arms();
-        let torsion = self.normal * pressing.torsion;
+        let torsion = self.normal * contact_force.torsion;
         [[arm.cross(force) + torsion, force], [-other_arm.cross(force) - torsion, -force]]
     }
 
@@ -240,16 +240,16 @@ impl Meeting {
     #[inline(always)]
     pub(crate) fn change<T: Scalar>(
         &self,
-        pressing: &Pressing,
-        rubbing: Vector<f64>,
+        contact_force: &ContactForce,
+        friction_ratio: Vector<f64>,
         [[turn, shift], [other_turn, other_shift]]: [Motion<T>; 2],
         [[spin, velocity], [other_spin, other_velocity]]: [Motion<T>; 2],
     ) -> [Motion<T>; 2] {
         let Law { stiffness, dissipation, friction: [_, _, sideways], patch_radius, .. } = self.law;
-        let &Pressing { normal_force, rate, inverse_speed, .. } = pressing;
+        let &ContactForce { normal_force, rate, inverse_speed, .. } = contact_force;
         // Written out: `array::map` is not always inlined.
         let normal = Vector::<T>::all(self.normal);
-        let sliding = Vector::all(pressing.sliding);
+        let sliding = Vector::all(contact_force.sliding);
         let [[turning, own], [other_turning, other]] = self.motions;
         let ([arm, other_arm], relative) = (self.arms(), own - other);
         let at_contact = Vector::all(relative + turning.cross(arm) - other_turning.cross(other_arm));
@@ -287,13 +287,13 @@ impl Meeting {
         let sliding_change = across(at_contact_change, normal)
             - normal_change * normal.dot(at_contact)
             - normal * normal_change.dot(at_contact);
-        let direction_change = self.direction_change(pressing, turn, normal_change, sliding_change);
+        let direction_change = self.direction_change(contact_force, turn, normal_change, sliding_change);
         let factor = normal_force * inverse_speed;
-        let factor_change = force_change - sliding.dot(sliding_change) * (normal_force * pressing.fall);
+        let factor_change = force_change - sliding.dot(sliding_change) * (normal_force * contact_force.fall);
         let change = normal * force_change + normal_change * T::splat(normal_force)
-            - Vector::all(rubbing) * factor_change
+            - Vector::all(friction_ratio) * factor_change
             - direction_change * T::splat(factor);
-        let force = Vector::all(self.normal * normal_force + pressing.friction);
+        let force = Vector::all(self.normal * normal_force + contact_force.friction);
         let moment = arm_change.cross(force) + arm.cross(change);
         let other_moment = other_arm_change.cross(force) + other_arm.cross(change);
         if patch_radius == 0.0 {
@@ -301,10 +301,10 @@ impl Meeting {
         }
         let spin_change = normal_change.dot(turning - other_turning) + normal.dot(spin - other_spin);
         // With a constant factor of friction this is the square of the regularised part of the spin.
-        let growth = 1.0 - pressing.spin * pressing.spin * pressing.fall_of_spin;
-        let torsion_change = (force_change * pressing.spin + spin_change * (normal_force * growth))
-            * (-sideways * patch_radius * pressing.inverse_spin);
-        let torsion = normal * torsion_change + normal_change * T::splat(pressing.torsion);
+        let growth = 1.0 - contact_force.spin * contact_force.spin * contact_force.fall_of_spin;
+        let torsion_change = (force_change * contact_force.spin + spin_change * (normal_force * growth))
+            * (-sideways * patch_radius * contact_force.inverse_spin);
+        let torsion = normal * torsion_change + normal_change * T::splat(contact_force.torsion);
         [[moment + torsion, change], [-other_moment - torsion, -change]]
     }
 
@@ -312,22 +312,23 @@ impl Meeting {
     #[inline(always)]
     fn direction_change<T: Scalar>(
         &self,
-        pressing: &Pressing,
+        contact_force: &ContactForce,
         turn: Vector<T>,
         normal_change: Vector<T>,
         sliding_change: Vector<T>,
     ) -> Vector<T> {
         let [_, _, sideways] = self.law.friction;
         let mut direction_change = sliding_change * T::splat(sideways);
-        if pressing.inverse_along > 0.0 {
-            let [speed, of_speed, slope] = pressing.of_along;
-            let (normal, along) = (Vector::<T>::all(self.normal), Vector::all(pressing.along));
+        if contact_force.inverse_along > 0.0 {
+            let [speed, of_speed, slope] = contact_force.of_along;
+            let (normal, along) = (Vector::<T>::all(self.normal), Vector::all(contact_force.along));
             let axis = Vector::all(self.axis);
             let lying_change = across(turn.cross(axis), normal)
                 - normal_change * normal.dot(axis)
                 - normal * normal_change.dot(axis);
-            let along_change = across(lying_change, along) * T::splat(pressing.inverse_along);
-            let speed_change = along_change.dot(Vector::all(pressing.sliding)) + along.dot(sliding_change);
+            let along_change = across(lying_change, along) * T::splat(contact_force.inverse_along);
+            let speed_change =
+                along_change.dot(Vector::all(contact_force.sliding)) + along.dot(sliding_change);
             let excess = of_speed - sideways;
             direction_change +=
                 along * (speed_change * (slope * speed + excess)) + along_change * T::splat(excess * speed);
@@ -336,20 +337,20 @@ impl Meeting {
     }
 
     /// Potential energy of the overlap.
-    pub(crate) fn energy(&self, pressing: &Pressing) -> f64 {
-        0.5 * pressing.elastic * self.overlap
+    pub(crate) fn energy(&self, contact_force: &ContactForce) -> f64 {
+        0.5 * contact_force.elastic * self.overlap
     }
 }
 
-impl Pressing {
+impl ContactForce {
     /// Direction for the linearisation of friction per unit normal force in the motion `next`, given the
-    /// linearisation `rubbing` at this motion and the fraction of the predicted step that was taken.
-    pub(crate) fn turned(&self, rubbing: Vector<f64>, next: &Self, length: f64) -> Vector<f64> {
+    /// linearisation `friction_ratio` at this motion and the fraction of the predicted step that was taken.
+    pub(crate) fn turned(&self, friction_ratio: Vector<f64>, next: &Self, length: f64) -> Vector<f64> {
         let inverse = self.inverse_speed;
         let slid = next.sliding - self.sliding;
         let answer =
-            next.direction - self.direction - rubbing * (self.sliding.dot(slid) * self.fall / inverse);
-        rubbing + (self.rubbing - rubbing) * length + answer * inverse
+            next.direction - self.direction - friction_ratio * (self.sliding.dot(slid) * self.fall / inverse);
+        friction_ratio + (self.friction_ratio - friction_ratio) * length + answer * inverse
     }
 
     /// Factor by which dissipation increases the stiffness.
@@ -376,17 +377,17 @@ mod tests {
     }
 
     /// Two balls with given centres, motions and a rotated axis.
-    fn meeting(
+    fn contact_point(
         centres: [Vector<f64>; 2],
         motions: [Motion; 2],
         axis: Vector<f64>,
         (friction, excess): ([f64; 3], f64),
-    ) -> Meeting {
+    ) -> ContactPoint {
         let radii = [0.3, 0.5];
         let way = centres[0] - centres[1];
         let length = way.dot(way).sqrt();
         let normal = way * length.recip();
-        Meeting {
+        ContactPoint {
             law: Law {
                 stiffness: 50.0,
                 dissipation: 0.7,
@@ -417,18 +418,18 @@ mod tests {
         let moved = [[v(0.3, 0.1, -0.2), v(0.5, -0.4, 0.2)], [v(0.1, 0.7, 0.3), v(-0.2, 0.3, 0.1)]];
         let faster = [[v(0.2, 0.2, 0.4), v(-0.3, 0.5, 0.6)], [v(0.1, -0.5, 0.2), v(0.4, 0.1, -0.7)]];
         for friction in [([0.0; 3], 0.0), ([0.5; 3], 0.0), ([0.2, 0.6, 1.1], 0.0), ([0.5; 3], 0.8)] {
-            let here = meeting(centres, motions, axis, friction);
-            let pressing = here.pressing();
-            assert!(pressing.normal_force > 0.0 && pressing.dissipated_power() >= 0.0);
-            let change = here.change(&pressing, pressing.rubbing, moved, faster);
+            let here = contact_point(centres, motions, axis, friction);
+            let contact_force = here.contact_force();
+            assert!(contact_force.normal_force > 0.0 && contact_force.dissipated_power() >= 0.0);
+            let change = here.change(&contact_force, contact_force.friction_ratio, moved, faster);
             let h = 1e-6;
             let at = |h: f64| {
                 let centres = [0, 1].map(|s| centres[s] + moved[s][1] * h);
                 let motions: [Motion; 2] =
                     std::array::from_fn(|s| std::array::from_fn(|m| motions[s][m] + faster[s][m] * h));
                 let turn = moved[0][0];
-                let there = meeting(centres, motions, axis + turn.cross(axis) * h, friction);
-                there.wrenches(&there.pressing())
+                let there = contact_point(centres, motions, axis + turn.cross(axis) * h, friction);
+                there.wrenches(&there.contact_force())
             };
             let [ahead, behind] = [at(h), at(-h)];
             for s in 0..2 {
@@ -443,17 +444,18 @@ mod tests {
                 }
             }
             // The dissipated power is the power of the forces minus the change of the potential.
-            let [[_, force], _] = here.wrenches(&pressing);
+            let [[_, force], _] = here.wrenches(&contact_force);
             let arms = here.arms();
             let at_contact: Vec<_> = (0..2).map(|s| motions[s][1] + motions[s][0].cross(arms[s])).collect();
             let spin = here.normal.dot(motions[0][0] - motions[1][0]);
-            let power = force.dot(at_contact[0] - at_contact[1]) + pressing.torsion * spin;
+            let power = force.dot(at_contact[0] - at_contact[1]) + contact_force.torsion * spin;
             let energy = |h: f64| {
-                let there = meeting([0, 1].map(|s| centres[s] + motions[s][1] * h), motions, axis, friction);
-                there.energy(&there.pressing())
+                let there =
+                    contact_point([0, 1].map(|s| centres[s] + motions[s][1] * h), motions, axis, friction);
+                there.energy(&there.contact_force())
             };
             let stored = (energy(h) - energy(-h)) / (2.0 * h);
-            assert!((power + stored + pressing.dissipated_power()).abs() < 1e-7);
+            assert!((power + stored + contact_force.dissipated_power()).abs() < 1e-7);
         }
     }
 
@@ -480,10 +482,10 @@ mod tests {
 
     /// A ball and a moving solid with their motions; the solid's motion is that of its material at the ball's
     /// centre.
-    fn carried(solid: &Solid, pose: &Pose, centre: Vector<f64>, motions: [Motion; 2]) -> Meeting {
+    fn carried(solid: &Solid, pose: &Pose, centre: Vector<f64>, motions: [Motion; 2]) -> ContactPoint {
         let distance = Placed { solid, pose: Some(pose) }.distance(centre);
-        let plain = meeting([centre, Vector::zero()], motions, Vector::zero(), ([0.5; 3], 0.0));
-        Meeting {
+        let plain = contact_point([centre, Vector::zero()], motions, Vector::zero(), ([0.5; 3], 0.0));
+        ContactPoint {
             overlap: 0.3 - distance.value,
             normal: distance.normal,
             curvature: distance.curvature,
@@ -518,9 +520,9 @@ mod tests {
         let faster = [[v(0.2, 0.2, 0.4), v(-0.3, 0.5, 0.6)], [v(0.1, -0.5, 0.2), v(0.4, 0.1, -0.7)]];
         for solid in solids() {
             let here = carried(&solid, &pose, centre, motions);
-            let pressing = here.pressing();
-            assert!(here.overlap > 0.0 && pressing.normal_force > 0.0, "{solid:?}");
-            let change = here.change(&pressing, pressing.rubbing, moved, faster);
+            let contact_force = here.contact_force();
+            assert!(here.overlap > 0.0 && contact_force.normal_force > 0.0, "{solid:?}");
+            let change = here.change(&contact_force, contact_force.friction_ratio, moved, faster);
             let at = |h: f64| {
                 let [[_, shift], [turn, of_material]] = moved.map(|motion| motion.map(|v| v * h));
                 let small = Quaternion::exp(turn).rotation();
@@ -535,7 +537,7 @@ mod tests {
                 let ahead = shift - of_material;
                 second[1] += second[0].cross(ahead);
                 let there = carried(&solid, &moved_pose, centre, [first, second]);
-                let [on_first, [moment, force]] = there.wrenches(&there.pressing());
+                let [on_first, [moment, force]] = there.wrenches(&there.contact_force());
                 [on_first, [moment + ahead.cross(force), force]]
             };
             let h = 1e-6;
@@ -556,9 +558,9 @@ mod tests {
         let still = [Vector::zero(); 2];
         for solid in solids() {
             let here = carried(&solid, &Pose::unmoved(), centre, [own, still]);
-            let plain = Meeting { is_carried: false, ..here };
-            let wrenches = here.wrenches(&here.pressing());
-            assert_eq!(wrenches[0], plain.wrenches(&plain.pressing())[0], "{solid:?}");
+            let plain = ContactPoint { is_carried: false, ..here };
+            let wrenches = here.wrenches(&here.contact_force());
+            assert_eq!(wrenches[0], plain.wrenches(&plain.contact_force())[0], "{solid:?}");
             // Both about the centre.
             for m in 0..2 {
                 assert_eq!(wrenches[0][m], -wrenches[1][m]);
@@ -570,7 +572,7 @@ mod tests {
             let seen = own.map(|v| rotation.apply(v));
             let motions = [[seen[0] + turning, seen[1] + velocity], [turning, velocity]];
             let there = carried(&solid, &pose, pose.place(centre), motions);
-            let turned = there.wrenches(&there.pressing());
+            let turned = there.wrenches(&there.contact_force());
             for (here, there) in wrenches.into_iter().flatten().zip(turned.into_iter().flatten()) {
                 let error = rotation.apply(here) - there;
                 assert!(error.dot(error).sqrt() < 1e-14, "{solid:?} {error:?}");
