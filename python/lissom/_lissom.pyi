@@ -854,7 +854,7 @@ class Contact(Part):
         dissipation: float = 1.0,
         friction: ArrayLike = 0.0,
         static_friction: float | None = None,
-        stribeck_velocity: float = 0.01,
+        stribeck_velocity: float = 0.1,
         slip_velocity: float = 0.0001,
         patch_radius: float = 0.0,
         name: str = "",

@@ -51,6 +51,9 @@ pub struct Facts {
     pub has_tendon_friction: bool,
     /// Whether joints, tendons or contacts rub: dry friction, whose forces change within a small velocity from one side to the other.
     pub has_dry_friction: bool,
+    /// In seconds, the time in which a body gains by the weight that friction at rest holds the velocity over which that friction falls; infinite
+    /// without contacts with static friction, and without weight.
+    pub sticking_time: f64,
     /// Whether forces other than material damping depend on velocities: drag, a current, a moving base. The
     /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
     /// unsymmetric part to the stiffness and a rotating base a negative part.
@@ -107,6 +110,7 @@ impl Facts {
             has_one_sided_forces: false,
             has_tendon_friction: false,
             has_dry_friction: false,
+            sticking_time: f64::INFINITY,
             has_velocity_forces: false,
             is_damped: true,
             is_driven: false,

@@ -44,6 +44,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         has_one_sided_forces: has_contact || has_stops || robot.actuators.iter().any(Actuator::is_one_sided),
         has_tendon_friction,
         has_dry_friction: has_tendon_friction || has_rough_contact || sweeps.has_joint_friction(),
+        sticking_time: sticking_time(robot),
         has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
         is_damped: sweeps.is_damped(),
         is_driven: vary_coordinates || sweeps.is_driven(),
@@ -58,4 +59,13 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         section_places: if are_sections_separate { sweeps.section_places() } else { Vec::new() },
         free_lengths: if are_lengths_free { sweeps.free_lengths() } else { 0 },
     }
+}
+
+fn sticking_time(robot: &Robot) -> f64 {
+    let weight = robot.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let time_of = |contact: &Contact| {
+        let at_rest = contact.static_friction.filter(|at_rest| *at_rest > contact.friction[0])?;
+        Some(contact.stribeck_velocity / (at_rest * weight))
+    };
+    robot.contacts.iter().filter_map(time_of).fold(f64::INFINITY, f64::min)
 }

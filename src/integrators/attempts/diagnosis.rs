@@ -117,6 +117,8 @@ pub(crate) struct Unilateral {
     /// Steps without inertia in which the shape has snapped to another one, and the end of the first of them.
     snaps: usize,
     first_snap: f64,
+    /// The end of the first of the last steps without inertia that end in unstable equilibria.
+    unstable_from: Option<f64>,
     pressed: Pressed,
     /// What the motion has now, if surfaces touch and the last step followed their forces.
     pub(super) holding: Option<Holding>,
@@ -333,6 +335,15 @@ impl Unilateral {
         self.forget();
     }
 
+    /// Whether the step without inertia to this time ends in an unstable equilibrium.
+    pub(crate) fn note_stability(&mut self, t: f64, is_stable: bool) {
+        if is_stable {
+            self.unstable_from = None;
+        } else {
+            self.unstable_from.get_or_insert(t);
+        }
+    }
+
     /// The shape has snapped to another one in the step to this time.
     pub(crate) fn note_snap(&mut self, t: f64) {
         if self.snaps == 0 {
@@ -347,8 +358,15 @@ impl Unilateral {
             let (steps, first) = (self.snaps, Number(self.first_snap));
             let steps = if steps == 1 { "one step".to_owned() } else { format!("{steps} steps") };
             return Some(format!(
-                "In {steps}, first in the one to t = {first}, no equilibrium is near: what sticks lets go, or a shape snaps to another \
-                 one. Such steps lose the energy of that. Where it decides what follows, use a method with inertia."
+                "In {steps}, first in the one to t = {first}, no equilibrium is near: what sticks lets go, a shape snaps to another one, or \
+                 nothing holds a part. Such steps lose the energy of that. Where it decides what follows, use a method with inertia."
+            ));
+        }
+        if let Some(t) = self.unstable_from {
+            return Some(format!(
+                "From t = {} on the shape is an unstable equilibrium, which steps without inertia do not leave: take shorter ones up to there, \
+                 so that they follow the branch that is stable, disturb the shape a little, or use a method with inertia.",
+                Number(t)
             ));
         }
         self.impacts.doubt(dt, remedy)
@@ -358,6 +376,7 @@ impl Unilateral {
     pub(crate) fn serialise_snaps(&mut self, tape: &mut Tape<'_>) {
         tape.count(&mut self.snaps);
         tape.number(&mut self.first_snap);
+        tape.optional(&mut self.unstable_from, 0.0, Tape::number);
     }
 
     /// What goes on from step to step.

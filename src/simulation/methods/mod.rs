@@ -72,8 +72,8 @@ pub struct Newmark {
     pub reuse_jacobian: bool,
     /// What becomes of impacts that take less than ten steps of fixed size. Resolved, those that matter are followed: these steps are made once
     /// more by Radau's method, within a bounded work (see ``docs/contact.md``). Stopped, what meets within a step does not rebound, with a warning
-    /// where that takes much energy. ``"auto"`` resolves them where only rigid shapes meet (balls, bodies, obstacles), and stops them where rods take
-    /// part in a contact. In robots with tendons that do not stretch they are stopped.
+    /// where that takes much energy. ``"auto"`` resolves them in robots of rigid parts, and stops them in those with rods.
+    /// In robots with tendons that do not stretch they are stopped.
     #[part(default)]
     pub impacts: Impacts,
 }

@@ -364,7 +364,10 @@ impl Simulation {
         let is_success = status.is_success();
         message += &run.advice_at_end(status, deepest.map(|(_, overlap)| overlap));
         let doubt = if is_success {
-            run.observe(|model, _| watch.doubt(model, q0)).or_else(|| run.doubt())
+            // Either may be the harmless one.
+            let of_vibrations = run.observe(|model, _| watch.doubt(model, q0));
+            let doubts: Vec<_> = run.doubt().into_iter().chain(of_vibrations).collect();
+            (!doubts.is_empty()).then(|| doubts.join(" "))
         } else {
             None
         };

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -189,13 +191,70 @@ def test_what_snaps_goes_over_to_the_next_equilibrium():
         assert angle == pytest.approx(brentq(moment, 0.3, 3.0, args=(0.5 * t,)), abs=1e-5)
 
 
-def test_what_nothing_holds_is_said():
-    free = lissom.Robot(
-        [lissom.Link("stone", joint=lissom.Free(), body=lissom.Body(mass=1.0, inertia=np.eye(3)))]
+def test_what_nothing_holds_falls_with_inertia_and_is_said():
+    stone = lissom.Link("stone", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(mass=1.0))
+    floor = lissom.Contact(lissom.Ball("stone", 0.1), lissom.HalfSpace(point=(0, 0, -0.2)), stiffness=1e5)
+    with pytest.warns(lissom.AccuracyWarning, match="nothing holds a part"):
+        motion = lissom.simulate(lissom.Robot([stone], contacts=[floor]), 1.0, dt=0.01, method="quasi_static")
+    assert motion.success
+    assert motion.q[-1, 0] == pytest.approx(-0.1 - 9.81 / 1e5, abs=1e-9)
+
+
+def test_what_just_touches_its_floor_settles_on_it():
+    stone = lissom.Link("stone", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(mass=1.0))
+    floor = lissom.Contact(lissom.Ball("stone", 0.1), lissom.HalfSpace(point=(0, 0, -0.1)), stiffness=1e5)
+    with pytest.warns(lissom.AccuracyWarning):
+        motion = lissom.simulate(lissom.Robot([stone], contacts=[floor]), 1.0, dt=0.1, method="quasi_static")
+    assert motion.success
+    assert motion.q[-1, 0] == pytest.approx(-9.81 / 1e5, rel=1e-6)
+
+
+@pytest.mark.parametrize("dt", [1.0, 0.5, 0.25])
+@pytest.mark.parametrize("stiffness", [1e3, 1e6])
+def test_stops_are_reached_and_left(dt, stiffness):
+    joint = lissom.Prismatic(
+        (1, 0, 0), stiffness=50.0, limits=(-0.1, 0.2), limit_stiffness=stiffness, limit_dissipation=0.0
     )
-    motion = lissom.simulate(free, 1.0, dt=0.1, method="quasi_static")
-    assert motion.status == "singular_jacobian"
-    assert "Without inertia something must hold every part" in motion.message
+    link = lissom.Link("slider", joint=joint, body=lissom.Body(mass=1.0))
+    times = np.array([0.0, 1.0, 2.0, 3.0])
+    push = lissom.Load(force=(times, [(f, 0, 0) for f in (0.0, 20.0, -20.0, 20.0)]), link="slider")
+    robot = lissom.Robot([link], gravity=(0, 0, 0), loads=[push])
+    with warnings.catch_warnings():
+        # Long steps over stops are jumps.
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        motion = lissom.simulate(robot, 3.0, dt=dt, method="quasi_static")
+    assert motion.success
+    force = np.interp(motion.t, times, (0.0, 20.0, -20.0, 20.0))
+    free = force / 50.0
+    held = np.where(free > 0.2, (force + 0.2 * stiffness) / (50.0 + stiffness), free)
+    held = np.where(free < -0.1, (force - 0.1 * stiffness) / (50.0 + stiffness), held)
+    assert_allclose(motion.q[:, 0], held, atol=1e-7)
+
+
+def test_between_steps_shapes_are_between_them():
+    joint = lissom.Prismatic((0, 0, 1), stiffness=100.0)
+    link = lissom.Link("mass", joint=joint, body=lissom.Body(mass=1.0))
+    times = np.linspace(0.0, 0.5, 21)
+    motion = lissom.simulate(lissom.Robot([link]), 0.5, dt=0.1, t_eval=times, method="quasi_static")
+    at_rest = -9.81 / 100.0
+    assert_allclose(motion.q[times >= 0.1, 0], at_rest, rtol=1e-9)
+    assert_allclose(motion.q[times < 0.1, 0], at_rest * times[times < 0.1] / 0.1, rtol=1e-9)
+
+
+def test_unstable_equilibria_are_doubted():
+    joint = lissom.Revolute((0, 1, 0), stiffness=4.5)
+    rocker = lissom.Link("rocker", joint=joint)
+    head = lissom.Link("head", parent="rocker", position=(0, 0, 0.5), body=lissom.Body(mass=1.0))
+    with pytest.warns(lissom.AccuracyWarning, match="unstable equilibrium"):
+        motion = lissom.simulate(lissom.Robot([rocker, head]), 1.0, dt=0.1, method="quasi_static")
+    assert motion.success
+    assert motion.q[-1, 0] == 0.0
+
+
+def test_flows_that_push_by_added_mass_are_refused():
+    water = lissom.Fluid(1000.0, velocity=(0.5, 0, 0))
+    with pytest.raises(ValueError, match="added_mass_coefficient"):
+        lissom.simulate(lissom.Rod([rod()], fluid=water), 1.0, dt=0.1, method="quasi_static")
 
 
 def test_scenes_and_names_are_the_same():

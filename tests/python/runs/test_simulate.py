@@ -392,7 +392,8 @@ def test_any_array_will_do(make):
         ("dt: got 0, expected", {"dt": 0.0}),
         ("dt: got -1, expected", {"dt": -1.0, "method": "rk45"}),
         (
-            'method: got "euler", expected one of "newmark", .*"rk45", "dop853", "radau", "auto"$',
+            'method: got "euler", expected one of "newmark", .*"rk45", "dop853", "radau", '
+            '"quasi_static", "auto"$',
             {"method": "euler"},
         ),
         ('jac: got "exact", expected "analytic", "forward" or "central"', {"jac": "exact"}),

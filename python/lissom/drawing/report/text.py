@@ -68,6 +68,8 @@ def drift(run: Run | Made) -> str:
         return "not computed: the scene does not ask for energies"
     if not run.has_energies:
         return "NaN: energies are not finite"
+    if isinstance(run, Run) and run.scene.simulation.method == "quasi_static":
+        return "none: inertia is left out"
     if not run.balance.moves:
         return "none: nothing moves"
     moved = quantity(run.balance.scale, "J")

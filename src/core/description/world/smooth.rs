@@ -113,6 +113,10 @@ impl<const N: usize> Smooth<N> {
             return Ok([value, rate, acceleration]);
         }
         let [before, ..] = self.at(t - sight.mean_over, sight.passed)?;
+        if before.iter().any(|x| x.is_nan()) {
+            // It is not defined so early.
+            return Ok([value, rate, [0.0; N]]);
+        }
         let mean = std::array::from_fn(|i| (value[i] - before[i]) / sight.mean_over);
         Ok([value, mean, [0.0; N]])
     }

@@ -4,6 +4,7 @@ use super::{AnySweeps, RobotModel};
 use crate::description::rod::{MAX_NODES, STRAINS, piece};
 use crate::model::{Differentiable, InertiaMatrix, MissingStrain, Refinable};
 use crate::robot::description::Robot;
+use crate::robot::effects::fluid::Fluid;
 
 impl Differentiable for RobotModel {
     fn add_power_by_inertia(
@@ -84,6 +85,11 @@ impl Refinable for RobotModel {
     }
 
     fn with_inertia_times(&self, factor: f64) -> Option<Self> {
+        // Flows push the added mass of rods aside by its inertia.
+        let is_pushed = |fluid: &Fluid| fluid.velocity != [0.0; 3] && fluid.has_added_mass();
+        if self.robot.fluid.as_ref().is_some_and(is_pushed) {
+            return None;
+        }
         Self::new(&self.robot.with_inertia_times(factor)).ok()
     }
 

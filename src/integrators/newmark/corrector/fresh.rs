@@ -95,6 +95,11 @@ impl<V: Numbers> Corrector<V> {
                     Searched::Fails(failure) => return Ok(Err(failure)),
                 };
             let rate = larger_rate(next_size / size, [moved, next_moved]);
+            // What is left after an increment without inertia is said by that of a Jacobian of its own place alone.
+            if self.is_at_rest {
+                renew = true;
+                continue;
+            }
             // The next increment is known: taking it costs nothing.
             if length == 1.0 && left_after::<_, V>(system, next_size, rate) <= 1.0 {
                 trial.subtract(&self.increment);
@@ -133,7 +138,7 @@ impl<V: Numbers> Corrector<V> {
             }
             trial.set(&self.start);
             trial.subtract(&self.increment);
-            if size <= NEGLIGIBLE {
+            if size <= NEGLIGIBLE || self.is_at_rest && size <= 1.0 {
                 return Ok(Searched::Solved);
             }
             self.evaluate_residual(system, trial, counters)?;

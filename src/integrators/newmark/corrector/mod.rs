@@ -76,6 +76,9 @@ const SIMILAR: f64 = 0.5;
 /// increments in units of them must not overflow. Rounding then ends the iteration.
 const SMALLEST_TOLERANCE: f64 = 1e-100;
 
+/// Without inertia steps are solved to this part of the sizes of coordinates, whatever their duration.
+const DISPLACED: f64 = 1e-9;
+
 /// About as many iterations does a fresh Jacobian need.
 const FRESH_ITERATIONS: f64 = 2.0;
 
@@ -161,6 +164,8 @@ pub(super) struct Corrector<V> {
     inverse_sizes: V,
     /// How far an acceleration moves a coordinate in the step, or its velocity within it.
     reach: f64,
+    /// Whether inertia is left out: stops, contacts and friction then decide alone, and rates of one place say nothing of another.
+    is_at_rest: bool,
     /// Root mean square of how far the increment moves coordinates, in units of their typical sizes.
     moved: f64,
     gap_sizes: Vec<f64>,
@@ -204,6 +209,7 @@ impl<V: Numbers> Corrector<V> {
             sizes: V::zeros(n),
             inverse_sizes: V::zeros(n),
             reach: 0.0,
+            is_at_rest: false,
             moved: 0.0,
             gap_sizes: Vec::new(),
             left_open: 0.0,
@@ -303,12 +309,13 @@ impl<V: Numbers> Corrector<V> {
         let [of_displacement, of_velocity, _] = trial.weights;
         let reach = of_displacement.max(h * of_velocity);
         self.reach = if reach > 0.0 { reach } else { h * h };
+        self.is_at_rest = trial.weights[2] == 0.0;
         self.set_tolerances(&[guess, last]);
         let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
         if !is_kept {
             self.kept = None;
         }
-        if is_kept || self.reuse && !self.might_touch {
+        if !self.is_at_rest && (is_kept || self.reuse && !self.might_touch) {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
                 self.might_touch = may_touch::<_, V>(system);
                 return Ok(Ok(()));
@@ -674,11 +681,14 @@ impl<V: Numbers> Corrector<V> {
     fn set_tolerances<const N: usize>(&mut self, accelerations: &[&[f64]; N]) {
         // Multipliers follow from the accelerations: nothing is asked of them.
         let Self { rtol, atol, inverse_tolerance, .. } = self;
+        let (sizes, is_at_rest, of_displacement) = (&self.sizes, self.is_at_rest, self.reach.recip());
         for (i, (inverse, (rtol, atol))) in
             inverse_tolerance.iter_mut().zip(rtol.iter().zip(atol.iter())).enumerate()
         {
             let size = accelerations.iter().fold(0.0, |size: f64, a| size.max(a[i].abs()));
-            let tolerance = SAFETY * (*atol + rtol * size);
+            // Without inertia an acceleration is a displacement over the square of a step of any size.
+            let atol = if is_at_rest { atol.min(DISPLACED * sizes[i] * of_displacement) } else { *atol };
+            let tolerance = SAFETY * (atol + rtol * size);
             *inverse = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }
     }

@@ -11,6 +11,7 @@ use crate::integrators::attempts::{Ends, Stepper, Unilateral};
 use crate::integrators::second_order::{Solved, System, constrained_start, model_at, model_of};
 use crate::model::constraint::projection;
 use crate::model::{Excitation, OneSided};
+use crate::numerics::linalg::Matrix;
 
 /// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
 /// tendon is told jumps at its end, before which a function's rate tells nothing, or within it.
@@ -19,6 +20,9 @@ const SWIFT: f64 = 10.0;
 /// A step without inertia that moves a coordinate by more than this part of its size, and this many times as fast as those beside it, has snapped.
 const SNAPPED: f64 = 1e-2;
 const SPIKE: f64 = 10.0;
+
+/// Stiffnesses of less than this part of those of single coordinates count as none.
+const SOFT: f64 = 1e-8;
 
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
@@ -224,6 +228,29 @@ impl<V: Numbers> StepperOf<V> {
         solved
     }
 
+    /// Whether the trial without inertia is a stable equilibrium within its step: no direction has a negative stiffness, damping and friction by the
+    /// velocities of the step included. Motions of loops and directions without any stiffness count as stable. Allocates.
+    fn is_stable<S: System + ?Sized>(&self, system: &mut S) -> Result<bool, Interrupted> {
+        let (Trial { t, q, v, weights, .. }, n) = (&self.trial, self.q.len());
+        if self.a.len() > n || weights[2] != 0.0 {
+            return Ok(true);
+        }
+        let mut tangent = Matrix::zeros(n, n);
+        system.tangent(*t, q, v, &self.trial.a, *weights, &mut tangent)?;
+        // In units in which diagonals are one, a little more stiffness than rounding makes of none.
+        let scale: Vec<f64> =
+            (0..n).map(|k| tangent[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
+        let scaled = Matrix::from_fn(n, n, |i, j| {
+            0.5 * (tangent[(i, j)] + tangent[(j, i)]) * scale[i] * scale[j] + if i == j { SOFT } else { 0.0 }
+        });
+        if scaled.clone().cholesky().is_some() {
+            return Ok(true);
+        }
+        // Follower loads and friction are not symmetric: what counts are directions that turn into themselves.
+        let own = Matrix::from_fn(n, n, |i, j| tangent[(i, j)] * scale[i] * scale[j]);
+        Ok(own.complex_eigenvalues().iter().all(|value| value.re > -SOFT))
+    }
+
     /// Without inertia: takes note of a step before the trial that was far faster than those beside it.
     fn look_for_snap(&mut self, sizes: &[f64]) {
         let fraction = |(x, size): (&f64, &f64)| if *size > 0.0 { (x / size).abs() } else { x.abs() };
@@ -278,6 +305,8 @@ impl<V: Numbers> Stepper for StepperOf<V> {
             let n = self.q.len();
             self.trial.a[..n].fill(0.0);
             self.look_for_snap(&system.facts().typical_coordinates);
+            let is_stable = self.is_stable(system)?;
+            self.unilateral.note_stability(self.trial.t, is_stable);
         }
         self.rank = self.corrector.rank();
         if self.options.predictor == Predictor::Best {

@@ -387,6 +387,15 @@ impl<V: Numbers> StepperOf<V> {
             a.copy_from_slice(&state[2][..a.len()]);
             return;
         }
+        if !self.scheme.has_inertia() {
+            // Velocities are those of steps, not of their ends.
+            for i in 0..q.len() {
+                q[i] = self.q_old[i] + x * (self.q[i] - self.q_old[i]);
+                v[i] = self.v[i];
+            }
+            a.fill(0.0);
+            return;
+        }
         for i in 0..q.len() {
             q[i] = cubic(x, h, [self.q_old[i], self.q[i]], [self.v_old[i], self.v[i]]);
             v[i] = cubic(x, h, [self.v_old[i], self.v[i]], [self.a_old[i], self.a[i]]);

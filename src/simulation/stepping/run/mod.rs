@@ -23,6 +23,9 @@ use crate::model::{Energy, ForwardScratch, Model, Overlap, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
 
+/// Steps of fixed size from rest gain at most about this part of the velocity over which friction at rest falls: by a percent of the difference.
+const STICKING: f64 = 0.2;
+
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
 /// state out. It has a model of its own. All its memory is there after [`Self::begin`].
 ///
@@ -536,10 +539,27 @@ impl<M: Model> Run<M> {
                 Number(t)
             )
         });
-        let Self { integrator, energy, .. } = self;
+        let Self { integrator, .. } = self;
         let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
+        let of_sticking = self.sticks_too_little();
+        let Self { integrator, energy, .. } = self;
         let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
-        known.or_else(|| integrator.observe(of_losses))
+        known.or_else(|| integrator.observe(of_losses)).or(of_sticking)
+    }
+
+    /// Why what friction at rest should hold may slide: a step of fixed size from rest, where friction is none yet, gains a velocity at which it has
+    /// begun to fall.
+    fn sticks_too_little(&mut self) -> Option<String> {
+        self.integrator.fixed_scheme()?;
+        let (dt, time) = (self.dt, self.integrator.model().facts().sticking_time);
+        let longest = STICKING * time;
+        (dt > longest).then(|| {
+            format!(
+                "Steps of {} s are long for static friction: what rests gains in one of them a velocity at which friction has begun to fall, and \
+                 may slide where it should stick. Take steps of at most {longest:.1e} s, a larger `stribeck_velocity`, or `method=\"radau\"`.",
+                Number(dt)
+            )
+        })
     }
 
     /// Describes a status of this run, with advice unless it is a success.

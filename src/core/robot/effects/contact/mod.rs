@@ -158,9 +158,9 @@ impl Contact {
     pub const DISSIPATION: f64 = 1.0;
     /// Default slip velocity in m/s, far below the velocities of robots.
     pub const SLIP_VELOCITY: f64 = 1e-4;
-    /// Default Stribeck velocity in m/s, a hundred slip velocities: dry friction of metals and polymers falls over 1 mm/s to 0.1 m/s
-    /// (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, section 2.2).
-    pub const STRIBECK_VELOCITY: f64 = 1e-2;
+    /// Default Stribeck velocity in m/s, the largest one of those over which dry friction of metals and polymers falls, 1 mm/s to 0.1 m/s
+    /// (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, section 2.2): steps of fixed size resolve it best.
+    pub const STRIBECK_VELOCITY: f64 = 0.1;
 
     /// Whether one of its surfaces is that of a rod.
     pub fn has_rod(&self) -> bool {
