@@ -14,6 +14,9 @@
 //! | [explodes](Diagnosis::Explodes) | halves | – |
 //! | sound | made | made |
 //!
+//! Fixed steps without inertia have a ladder of their own: to the equilibrium that is near; in parts; and where there is none with inertia, in
+//! parts, by the backward Euler method. Of these only whether their ends are invalid or surfaces have crossed is asked.
+//!
 //! Fixed steps ask the last of those without memory, and whether an impact is resolved of those with memory. Of adaptive steps of the
 //! Newmark family only what they have missed is asked: their error estimate sees the rest.
 
