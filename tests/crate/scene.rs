@@ -378,7 +378,7 @@ fn words_are_checked_with_advice() {
         "t_end = 3\nmethod = \"newmrk\"\njac = 3",
         &[
             "14:10: simulation.method: got \"newmrk\"; did you mean \"newmark\"? Expected \"newmark\" or \"hht\" or \
-             \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\" or \"auto\"",
+             \"generalised_alpha\" or \"rk45\" or \"dop853\" or \"radau\" or \"quasi_static\" or \"auto\"",
             "15:7: simulation.jac: got 3; expected \"analytic\" or \"forward\" or \"central\"",
         ],
     );

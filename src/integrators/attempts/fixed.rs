@@ -51,7 +51,7 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
     let facts = system.facts();
     let is_one_sided = !T::IS_PLAIN && (facts.has_contact || facts.is_one_sided);
     let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
-    let has_inertia = stepper.has_inertia();
+    let has_inertia = T::IS_PLAIN || stepper.has_inertia();
     let mut ladder = Ladder { stepper, system };
     if !has_inertia {
         return ladder.step_without_inertia(t_new, h);

@@ -41,7 +41,7 @@ impl<V: Numbers> Trial<V> {
     /// The accelerations, with multipliers behind them, that the forces are those of.
     #[inline(always)]
     pub(super) fn accelerations(&self) -> &[f64] {
-        if self.weights[2] == 1.0 { &self.a } else { &self.scaled }
+        if V::IS_PLAIN || self.weights[2] == 1.0 { &self.a } else { &self.scaled }
     }
 
     /// Takes `a` as the accelerations.
@@ -60,7 +60,7 @@ impl<V: Numbers> Trial<V> {
         let Self { weights: [of_q, of_v, of_a], q_base, v_base, q, v, a, scaled, .. } = self;
         with_size!(combine(q.len(), q, q_base, *of_q, a));
         with_size!(combine(v.len(), v, v_base, *of_v, a));
-        if *of_a != 1.0 {
+        if !V::IS_PLAIN && *of_a != 1.0 {
             scaled.copy_from_slice(a);
             scaled[..q.len()].iter_mut().for_each(|a| *a *= *of_a);
         }

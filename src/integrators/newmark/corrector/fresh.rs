@@ -96,7 +96,7 @@ impl<V: Numbers> Corrector<V> {
                 };
             let rate = larger_rate(next_size / size, [moved, next_moved]);
             // What is left after an increment without inertia is said by that of a Jacobian of its own place alone.
-            if self.is_at_rest {
+            if !V::IS_PLAIN && self.is_at_rest {
                 renew = true;
                 continue;
             }
@@ -138,7 +138,7 @@ impl<V: Numbers> Corrector<V> {
             }
             trial.set(&self.start);
             trial.subtract(&self.increment);
-            if size <= NEGLIGIBLE || self.is_at_rest && size <= 1.0 {
+            if size <= NEGLIGIBLE || !V::IS_PLAIN && self.is_at_rest && size <= 1.0 {
                 return Ok(Searched::Solved);
             }
             self.evaluate_residual(system, trial, counters)?;

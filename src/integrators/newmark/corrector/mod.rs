@@ -309,13 +309,13 @@ impl<V: Numbers> Corrector<V> {
         let [of_displacement, of_velocity, _] = trial.weights;
         let reach = of_displacement.max(h * of_velocity);
         self.reach = if reach > 0.0 { reach } else { h * h };
-        self.is_at_rest = trial.weights[2] == 0.0;
+        self.is_at_rest = !V::IS_PLAIN && trial.weights[2] == 0.0;
         self.set_tolerances(&[guess, last]);
         let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
         if !is_kept {
             self.kept = None;
         }
-        if !self.is_at_rest && (is_kept || self.reuse && !self.might_touch) {
+        if (V::IS_PLAIN || !self.is_at_rest) && (is_kept || self.reuse && !self.might_touch) {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
                 self.might_touch = may_touch::<_, V>(system);
                 return Ok(Ok(()));
@@ -681,13 +681,13 @@ impl<V: Numbers> Corrector<V> {
     fn set_tolerances<const N: usize>(&mut self, accelerations: &[&[f64]; N]) {
         // Multipliers follow from the accelerations: nothing is asked of them.
         let Self { rtol, atol, inverse_tolerance, .. } = self;
-        let (sizes, is_at_rest, of_displacement) = (&self.sizes, self.is_at_rest, self.reach.recip());
+        let (sizes, is_at_rest, reach) = (&self.sizes, !V::IS_PLAIN && self.is_at_rest, self.reach);
         for (i, (inverse, (rtol, atol))) in
             inverse_tolerance.iter_mut().zip(rtol.iter().zip(atol.iter())).enumerate()
         {
             let size = accelerations.iter().fold(0.0, |size: f64, a| size.max(a[i].abs()));
             // Without inertia an acceleration is a displacement over the square of a step of any size.
-            let atol = if is_at_rest { atol.min(DISPLACED * sizes[i] * of_displacement) } else { *atol };
+            let atol = if is_at_rest { atol.min(DISPLACED * sizes[i] / reach) } else { *atol };
             let tolerance = SAFETY * (atol + rtol * size);
             *inverse = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }

@@ -27,7 +27,7 @@ const SOFT: f64 = 1e-8;
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
     pub(super) fn attempt<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
-        if !self.scheme.has_inertia() {
+        if !V::IS_PLAIN && !self.scheme.has_inertia() {
             return self.attempt_without_inertia(system, t_new, h);
         }
         let is_plain = self.scheme.is_plain();
@@ -191,7 +191,7 @@ impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion for the accelerations of the trial.
     fn correct<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
         match self.guess {
-            _ if self.trial.weights[2] == 0.0 => {
+            _ if !V::IS_PLAIN && self.trial.weights[2] == 0.0 => {
                 // The shape goes on as in the last step.
                 let n = self.q.len();
                 self.guessed[n..].copy_from_slice(&self.a[n..]);
@@ -301,7 +301,7 @@ impl<V: Numbers> Stepper for StepperOf<V> {
             self.settle_accelerations(system)?;
         }
         let h = self.size;
-        if !self.scheme.has_inertia() {
+        if !V::IS_PLAIN && !self.scheme.has_inertia() {
             let n = self.q.len();
             self.trial.a[..n].fill(0.0);
             self.look_for_snap(&system.facts().typical_coordinates);

@@ -63,7 +63,8 @@ impl Stepper {
     /// Chooses the numbers before the first accelerations are known.
     fn suit<S: System + ?Sized>(&mut self, system: &mut S) {
         let Kind::Any(stepper) = &self.0 else { return };
-        if stepper.started || !system.facts().has_plain_steps() {
+        // Steps without inertia are not among the plain ones.
+        if stepper.started || !system.facts().has_plain_steps() || !stepper.scheme.has_inertia() {
             return;
         }
         self.0 = match stepper.q.len() {

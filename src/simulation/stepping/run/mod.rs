@@ -284,13 +284,13 @@ impl<M: Model> Run<M> {
                 return self.jump(corner);
             }
         }
-        let steps = self.steps();
+        let steps = self.carried.is_some().then(|| self.steps());
         let status = match &self.changes {
             None => self.single_step(Lengths::Smooth)?,
             Some(changes) if changes.jumps => self.step_over_jump()?,
             Some(_) => self.step_to_change()?,
         };
-        if self.steps() > steps {
+        if steps.is_some_and(|steps| self.steps() > steps) {
             self.follow_prescribed(Carried::step)?;
         }
         Ok(self.where_grown(status))
