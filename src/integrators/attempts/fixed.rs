@@ -9,7 +9,7 @@ use crate::model::{InContact, InImpact};
 /// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
 const MOST_HALVINGS: usize = 8;
 
-/// The same for a step without inertia that shapes snap in: 1/16384 of a second is short against what they snap by.
+/// The same for a step without inertia in which a shape snaps: 1/16384 of a step of a second is short against the time that takes.
 const MOST_HALVINGS_OF_SNAPS: usize = 14;
 
 /// What a step knows of those before it.

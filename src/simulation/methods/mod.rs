@@ -146,7 +146,7 @@ adaptive! {
 /// The velocity of a step is the change of the shape over it, so that friction sticks and slides, dampers and viscous materials follow, and
 /// results depend on the direction and the history of what is done: insertion of catheters, ropes that are dragged. Nothing vibrates, so that
 /// steps may be as long as what acts allows; the error is proportional to them. The first step leads from `q0` to the equilibrium.
-/// Shapes that snap through go over to the next equilibrium. Something must hold every part.
+/// Where what sticks lets go, a shape snaps through, or nothing holds a part, steps are made with inertia and lose its energy, with a warning.
 #[derive(Clone, Debug, PartialEq, Described)]
 #[part(concise)]
 pub struct QuasiStatic {

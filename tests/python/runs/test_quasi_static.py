@@ -112,7 +112,7 @@ def test_static_friction_lets_go():
     # Then it slides until kinetic friction carries the spring, and goes on with the driver.
     drops = np.flatnonzero(np.diff(force) < -0.1 * WEIGHT)
     assert len(drops) == 1
-    assert_allclose(force[drops[0] + 2 :], 0.4 * WEIGHT, rtol=1e-2)
+    assert_allclose(force[drops[0] + 2 :], 0.4 * WEIGHT, rtol=1e-6)
 
 
 def test_motions_are_those_with_inertia_where_these_are_slow():

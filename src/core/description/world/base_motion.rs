@@ -295,7 +295,7 @@ impl MovingBase {
     }
 
     /// State of the base at a time; where its velocity jumps, that before the jump, unless `t` is the time that
-    /// that was passed.
+    /// was passed.
     pub(crate) fn at(&self, t: f64, sight: Sight) -> Result<Base, Interrupted> {
         let [displacement, velocity, acceleration] = self.translation.motion(t, sight)?;
         let (turn, angular_velocity, angular_acceleration) = self.turn(t, sight)?;
