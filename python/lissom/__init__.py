@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     from ._lissom import SceneError as SceneError
     from ._lissom import SceneProblem as SceneProblem
     from ._lissom import Section as Section
+    from ._lissom import Screw as Screw
     from ._lissom import Segment as Segment
     from ._lissom import Simulation as Simulation
     from ._lissom import Simulations as Simulations
@@ -134,7 +135,7 @@ else:
             DenseOutput Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
             JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
             MotionResult Motor OdeResult OdeSolver Overlap Planar Prismatic Profile Radau ReachResult
-            Revolute Robot Rod RootResult Scene SceneError SceneProblem Section Segment Simulation
+            Revolute Robot Rod RootResult Scene SceneError SceneProblem Screw Section Segment Simulation
             SimulationSettings Simulations SpaceError Spherical SpringPendulum StaticsResult
             Statistics Support Tendon Universal Via Weld __version__ actuate check_jacobian choose_modes
             continuation jacobian modes newmark root simulate simulate_many solve_ivp statics

@@ -325,6 +325,52 @@ class Prismatic(Joint):
     @property
     def mimic(self) -> Mimic | None: ...
 
+class Screw(Joint):
+    __match_args__ = ("axis", "lead")
+    def __init__(
+        self,
+        axis: ArrayLike,
+        lead: float,
+        *,
+        stiffness: float = 0.0,
+        rest: float = 0.0,
+        damping: float = 0.0,
+        friction: float = 0.0,
+        friction_velocity: float = 0.001,
+        limits: ArrayLike | None = None,
+        limit_stiffness: float = 0.0,
+        limit_dissipation: float = 0.0,
+        armature: float = 0.0,
+        motion: _Number | None = None,
+        mimic: Mimic | None = None,
+    ) -> None: ...
+    @property
+    def axis(self) -> tuple[float, float, float]: ...
+    @property
+    def lead(self) -> float: ...
+    @property
+    def stiffness(self) -> float: ...
+    @property
+    def rest(self) -> float: ...
+    @property
+    def damping(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def friction_velocity(self) -> float: ...
+    @property
+    def limits(self) -> tuple[float, float] | None: ...
+    @property
+    def limit_stiffness(self) -> float: ...
+    @property
+    def limit_dissipation(self) -> float: ...
+    @property
+    def armature(self) -> float: ...
+    @property
+    def motion(self) -> Any | None: ...
+    @property
+    def mimic(self) -> Mimic | None: ...
+
 class Cylindrical(Joint):
     __match_args__ = ("axis",)
     def __init__(

@@ -167,6 +167,7 @@ fn stand_in(link: &Value) -> joints::Joint {
     match link.get("joint").and_then(|joint| joint.get("type")?.text()) {
         Some("revolute") => joints::Joint::Revolute { axis, forces },
         Some("prismatic") => joints::Joint::Prismatic { axis, forces },
+        Some("screw") => joints::Joint::Screw { axis, lead: 1.0, forces },
         Some("cylindrical") => joints::Joint::Cylindrical { axis },
         Some("universal") => joints::Joint::Universal { axes },
         Some("planar") => joints::Joint::Planar { normal: axis },

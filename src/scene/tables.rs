@@ -25,6 +25,7 @@ pub(crate) static PARTS: LazyLock<Vec<&'static Schema>> = LazyLock::new(|| {
         joint::Mimic::SCHEMA,
         joint::Revolute::SCHEMA,
         joint::Prismatic::SCHEMA,
+        joint::Screw::SCHEMA,
         joint::Cylindrical::SCHEMA,
         joint::Universal::SCHEMA,
         joint::Planar::SCHEMA,

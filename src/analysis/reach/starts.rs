@@ -59,7 +59,7 @@ fn sizes(link: &Link, reach: f64) -> Vec<f64> {
     let motions = link.driven.is_none().then(|| link.joint.motions());
     for motion in motions.into_iter().flatten() {
         match motion {
-            Motion::About(_) => sizes.push(PI),
+            Motion::About(_) | Motion::Screw(..) => sizes.push(PI),
             Motion::Along(_) => sizes.push(reach),
             // The cube inscribed in the ball of all rotation vectors.
             Motion::AboutAll => sizes.extend([PI / 3.0_f64.sqrt(); 3]),

@@ -100,7 +100,7 @@ fn moves_in(plane: &Plane, link: &Link) -> bool {
     let motions = link.joint.motions().into_iter().all(|motion| match motion {
         Motion::About(axis) => plane.axes.iter().all(|&i| axis[i] == 0.0),
         Motion::Along(axis) => axis[plane.normal] == 0.0,
-        Motion::AboutAll => false,
+        Motion::Screw(..) | Motion::AboutAll => false,
     });
     motions
         && link.rod.iter().all(|segment| {

@@ -21,6 +21,7 @@ MOVED = lissom.BaseMotion(
 JOINTS = [
     lissom.Revolute(AXIS),
     lissom.Prismatic(AXIS),
+    lissom.Screw(AXIS, 0.3),
     lissom.Cylindrical(AXIS),
     lissom.Universal(AXIS, (0, 1, 1)),
     lissom.Planar(AXIS),

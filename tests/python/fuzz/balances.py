@@ -544,6 +544,7 @@ COORDINATES = {
     "weld": (),
     "revolute": ("angle",),
     "prismatic": ("shift",),
+    "screw": ("angle",),
     "cylindrical": ("shift", "angle"),
     "universal": ("angle", "angle"),
     "planar": ("shift", "shift", "angle"),

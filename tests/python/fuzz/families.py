@@ -69,14 +69,16 @@ def _segment(rng, length=None, **modes):
 def _joint(rng, kinds):
     kind = str(rng.choice(kinds))
     joint = {"type": kind}
-    if kind in ("revolute", "prismatic", "cylindrical"):
+    if kind in ("revolute", "prismatic", "screw", "cylindrical"):
         joint["axis"] = _vector(rng)
+    if kind == "screw":
+        joint["lead"] = _round(0.1 * rng.normal())
     if kind == "universal":
         first = rng.normal(size=3)
         joint |= {"axis1": _round(first), "axis2": _round(np.cross(first, rng.normal(size=3)) + 0.2 * first)}
     if kind == "planar":
         joint["normal"] = _vector(rng)
-    if kind == "revolute":
+    if kind in ("revolute", "screw"):
         joint |= {"stiffness": _round(rng.uniform(5, 30)), "rest": _round(rng.normal() * 0.3)}
     if kind == "prismatic":
         joint |= {"stiffness": _round(rng.uniform(100, 1000)), "rest": _round(rng.normal() * 0.1)}
@@ -93,7 +95,7 @@ def _load(rng, size):
 
 
 #: Joints that gravity does not let go, and those that only supports hold.
-HELD = ("revolute", "prismatic", "spherical", "universal", "weld")
+HELD = ("revolute", "prismatic", "screw", "spherical", "universal", "weld")
 LOOSE = ("free", "planar", "cylindrical")
 FLOOR = {"kind": "half_space", "point": [0.0, 0.0, -0.5], "normal": [0.0, 0.0, 1.0]}
 

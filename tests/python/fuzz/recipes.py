@@ -143,6 +143,7 @@ RECIPES: dict[str, dict | list[dict]] = {
     "Mimic": {"link": "'a'", "multiplier": "2.0", "offset": "0.1"},
     "Revolute": [_FORCES | {"motion": "lambda t: 0.1 * t"}, _FORCES | {"mimic": "lissom.Mimic('a')"}],
     "Prismatic": [_FORCES | {"motion": "([0, 1, 2], [0, 0.1, 0])"}, _FORCES | {"mimic": "lissom.Mimic('a')"}],
+    "Screw": [_FORCES | {"lead": "0.02"}, _FORCES | {"lead": "-1e-3", "motion": "lissom.Harmonic(3.0, 2.0)"}],
     "Cylindrical": {"axis": _a(0.0, 2.0, 0.0)},
     "Universal": {"axis1": _a(0.0, 2.0, 0.0), "axis2": _a(0.0, 2.0, 1.0)},
     "Planar": {"normal": _a(0.0, 2.0, 0.0)},

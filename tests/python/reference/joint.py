@@ -133,6 +133,24 @@ class Prismatic(Joint):
 
 
 @dataclass(frozen=True)
+class Screw(Joint):
+    axis: Sequence[float]
+    lead: float
+    stiffness: float = 0.0
+    rest: float = 0.0
+    damping: float = 0.0
+    armature: float = 0.0
+    n = 1
+
+    def motion(self, q):
+        return exp(q[0] * unit(self.axis)), self.lead * q[0] / (2 * np.pi) * unit(self.axis)
+
+    def jacobian(self, q):
+        axis = unit(self.axis)
+        return screw(angular=axis, linear=self.lead / (2 * np.pi) * axis)[:, None]
+
+
+@dataclass(frozen=True)
 class Cylindrical(Joint):
     axis: Sequence[float]
     n = 2

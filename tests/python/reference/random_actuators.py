@@ -126,7 +126,7 @@ def random_others(seed, links):
             strains = sorted({strain for segment in link["rod"] for strain in segment["modes"]})
             if strains and all(strains[0] in segment["modes"] for segment in link["rod"]):
                 made.append(("ActiveStrain", random_active(rng, link, strains[0])))
-        if link.get("joint", {}).get("type") in ("revolute", "prismatic"):
+        if link.get("joint", {}).get("type") in ("revolute", "prismatic", "screw"):
             servo = {"position": rng.uniform(-1, 1), "gains": rng.uniform(0, 3, 2).tolist()}
             drive = servo if rng.integers(2) else {"torque": rng.uniform(-1, 1)}
             made.append(("Motor", {"joint": link["name"], **drive}))

@@ -16,7 +16,7 @@ DEPTH = 5
 ALMOST_PI = np.pi * (1 - 1e-15)
 #: Numbers are drawn with this many digits, so that failing examples are readable.
 DIGITS = 3
-JOINTS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "planar", "spherical", "free")
+JOINTS = ("weld", "revolute", "prismatic", "screw", "cylindrical", "universal", "planar", "spherical", "free")
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -80,14 +80,16 @@ def apart(first, second):
 def joints(draw, kinds):
     """A joint; those with one coordinate may have a spring, a damper and an armature."""
     joint = {"type": draw(st.sampled_from(kinds))}
-    if joint["type"] in ("revolute", "prismatic", "cylindrical"):
+    if joint["type"] in ("revolute", "prismatic", "screw", "cylindrical"):
         joint["axis"] = draw(axes)
+    if joint["type"] == "screw":
+        joint["lead"] = draw(numbers(-2, 2))
     if joint["type"] == "universal":
         joint["axis1"] = first = draw(axes)
         joint["axis2"] = draw(axes.filter(lambda axis: apart(first, axis)))
     if joint["type"] == "planar":
         joint["normal"] = draw(axes)
-    if joint["type"] in ("revolute", "prismatic") and draw(st.booleans()):
+    if joint["type"] in ("revolute", "prismatic", "screw") and draw(st.booleans()):
         joint["stiffness"], joint["rest"] = draw(numbers(0, 5)), draw(numbers(-1, 1))
         joint["damping"], joint["armature"] = draw(numbers(0, 1)), draw(numbers(0, 0.1))
     return joint

@@ -14,6 +14,7 @@ JOINTS = [
     joint.Weld(),
     joint.Revolute(TILTED),
     joint.Prismatic(TILTED),
+    joint.Screw(TILTED, 0.7),
     joint.Cylindrical(TILTED),
     joint.Universal(TILTED, (0.3, 1.0, 1.0)),
     joint.Planar(TILTED),

@@ -206,8 +206,8 @@ def test_power_of_loads(description, seed):
 
 def test_springs_dampers_and_armatures_of_joints():
     spring = {"stiffness": 5.0, "rest": 0.3, "damping": 0.7, "armature": 0.2}
-    for kind in ("revolute", "prismatic"):
-        link = {"name": "block", "body": BLOCK, "joint": {"type": kind, "axis": (1, 2, 3)}}
+    for kind in ({"type": "revolute"}, {"type": "prismatic"}, {"type": "screw", "lead": 2.0}):
+        link = {"name": "block", "body": BLOCK, "joint": kind | {"axis": (1, 2, 3)}}
         plain = build({"links": [link]})
         sprung = build({"links": [link | {"joint": link["joint"] | spring}]})
         q, v, a = np.array([[0.9], [2.0], [-3.0]])

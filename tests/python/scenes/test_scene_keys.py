@@ -286,6 +286,30 @@ poisson_ratio = 0.4
 density = 1070
 modes = { bend_y = 1 }
 [[link]]
+name = "nut"
+body = { mass = 0.1 }
+[link.joint]
+type = "screw"
+axis = [1, 0, 0]
+lead = 0.02
+stiffness = 0.1
+rest = 0.1
+damping = 1e-3
+friction = 1e-3
+friction_velocity = 1e-2
+limits = [-1, 1]
+limit_stiffness = 10
+limit_dissipation = 0.1
+armature = 1e-4
+[[link]]
+name = "geared nut"
+joint = { type = "screw", axis = [0, 0, 1], lead = 1e-3, mimic = { link = "nut" } }
+body = { mass = 0.1 }
+[[link]]
+name = "driven nut"
+joint = { type = "screw", axis = [0, 0, 1], lead = 1e-3, motion = { amplitude = 0.1, frequency = 2 } }
+body = { mass = 0.1 }
+[[link]]
 name = "cross"
 parent = "arm"
 at = 0.1

@@ -71,7 +71,7 @@ def _chambers(glyphs: Sequence[ActuatorGlyph], shown: DrawnStates) -> list[Stran
 def _motors(
     glyphs: Sequence[ActuatorGlyph], joints: Sequence[JointGlyph], shown: DrawnStates
 ) -> list[Strand]:
-    """Drums around the axes of revolute joints, boxes on the rails of prismatic ones."""
+    """Drums around the axes of revolute joints and screws, boxes on the rails of prismatic ones."""
     strands = []
     for glyph in glyphs:
         joint = None if glyph.coordinate is None else _joint(joints, *glyph.coordinate)

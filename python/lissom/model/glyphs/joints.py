@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..._lissom import Cylindrical, Joint, Planar, Prismatic, Revolute, Spherical, Universal
+from ..._lissom import Cylindrical, Joint, Planar, Prismatic, Revolute, Screw, Spherical, Universal
 
 Array = NDArray[np.float64]
 
@@ -48,7 +48,7 @@ def joint_glyphs(name: str, joint: Joint, frame: Pose, base: Pose) -> list[Joint
             return [glyph("turning", frame, _along(axis))]
         case Prismatic(axis=axis):
             return [glyph("sliding", frame, _along(axis))]
-        case Cylindrical(axis=axis):
+        case Cylindrical(axis=axis) | Screw(axis=axis):
             return [glyph("sliding", frame, _along(axis)), glyph("turning", base, _along(axis))]
         case Universal(axis1=axis1, axis2=axis2):
             # The joint rotates the second axis about the first one, and the link about the second one.

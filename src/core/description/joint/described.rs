@@ -18,7 +18,7 @@ pub struct Weld {}
 #[derive(Clone, Debug, PartialEq, Described)]
 #[part(example = include_str!("mimic_example.txt"))]
 pub struct Mimic {
-    /// Link whose joint is followed. That joint is revolute or prismatic, anywhere in the robot; it may itself mimic a third
+    /// Link whose joint is followed. That joint is revolute, prismatic or a screw, anywhere in the robot; it may itself mimic a third
     /// joint or have a prescribed motion.
     pub link: LinkName,
     /// Ratio of this coordinate to the other one, in radians or metres per radian or metre.
@@ -33,12 +33,13 @@ pub struct Mimic {
 /// coordinate and its forces.
 macro_rules! with_forces {
     ($(#[$meta:meta])* $Joint:ident: $coordinate:literal, $velocity:literal, $stiffness:literal, $damping:literal, $force:literal,
-     $dissipation:literal, $armature:literal) => {
+     $dissipation:literal, $armature:literal $(; $(#[$size_meta:meta])* $size:ident)?) => {
         #[derive(Clone, Debug, PartialEq, Described)]
         $(#[$meta])*
         pub struct $Joint {
             /// Direction of the axis in the joint frame. Its length does not matter.
             pub axis: [f64; 3],
+            $($(#[$size_meta])* pub $size: f64,)?
             /// Stiffness of a spring on the coordinate.
             #[part(unit = $stiffness, non_negative, default = 0.0)]
             pub stiffness: f64,
@@ -116,9 +117,10 @@ macro_rules! with_forces {
                 (self.axis, forces)
             }
 
-            fn of(axis: [f64; 3], forces: &JointForces) -> Self {
+            fn of(axis: [f64; 3], $($size: f64,)? forces: &JointForces) -> Self {
                 Self {
                     axis,
+                    $($size,)?
                     stiffness: forces.stiffness,
                     rest: forces.rest,
                     damping: forces.damping,
@@ -148,6 +150,17 @@ with_forces! {
     #[part(base = "Joint", tag = "prismatic", tag_key = "type", family = "a joint", check = Prismatic::fits)]
     Prismatic: "metres", "metres per second", "newtons per metre", "newton seconds per metre", "newtons",
     "seconds per metre", "kilograms"
+}
+
+with_forces! {
+    /// A screw: the link rotates about an axis and translates along it in proportion, as a nut does on a spindle. The coordinate
+    /// `angle` is in radians.
+    #[part(base = "Joint", tag = "screw", tag_key = "type", family = "a joint", check = Screw::fits)]
+    Screw: "radians", "radians per second", "newton metres per radian", "newton metre seconds per radian", "newton metres",
+    "seconds per radian", "kg m^2";
+    /// Translation along the axis in one revolution; negative for a left-handed thread.
+    #[part(unit = "metres")]
+    lead
 }
 
 /// Reports a direction that is none; numbers that are not finite are reported by themselves.
@@ -241,6 +254,8 @@ pub enum Joint {
     Revolute(Revolute),
     /// Moves along an axis.
     Prismatic(Prismatic),
+    /// Turns about an axis and moves along it in proportion.
+    Screw(Screw),
     /// Moves along an axis and turns about it.
     Cylindrical(Cylindrical),
     /// Turns about two axes, one after the other.
@@ -266,6 +281,10 @@ impl Joint {
                 let (axis, forces) = joint.parts();
                 super::Joint::Prismatic { axis, forces }
             }
+            Self::Screw(joint) => {
+                let (axis, forces) = joint.parts();
+                super::Joint::Screw { axis, lead: joint.lead, forces }
+            }
             Self::Cylindrical(Cylindrical { axis }) => super::Joint::Cylindrical { axis: *axis },
             Self::Universal(Universal { axis1, axis2 }) => super::Joint::Universal { axes: [*axis1, *axis2] },
             Self::Planar(Planar { normal }) => super::Joint::Planar { normal: *normal },
@@ -278,7 +297,8 @@ impl Joint {
     pub fn of_coordinate(&self) -> (Option<&Drive<1>>, Option<&Mimic>) {
         match self {
             Self::Revolute(Revolute { motion, mimic, .. })
-            | Self::Prismatic(Prismatic { motion, mimic, .. }) => (motion.as_ref(), mimic.as_ref()),
+            | Self::Prismatic(Prismatic { motion, mimic, .. })
+            | Self::Screw(Screw { motion, mimic, .. }) => (motion.as_ref(), mimic.as_ref()),
             _ => (None, None),
         }
     }
@@ -288,7 +308,8 @@ impl Joint {
     /// Prescribes its coordinate, or lets it mimic another one, if it has one.
     pub fn drive(&mut self, by: Option<Drive<1>>, other: Option<Mimic>) {
         if let Self::Revolute(Revolute { motion, mimic, .. })
-        | Self::Prismatic(Prismatic { motion, mimic, .. }) = self
+        | Self::Prismatic(Prismatic { motion, mimic, .. })
+        | Self::Screw(Screw { motion, mimic, .. }) = self
         {
             (*motion, *mimic) = (by, other);
         }
@@ -302,6 +323,7 @@ impl super::Joint {
             Self::Weld => Weld {}.into(),
             Self::Revolute { axis, forces } => Revolute::of(*axis, forces).into(),
             Self::Prismatic { axis, forces } => Prismatic::of(*axis, forces).into(),
+            Self::Screw { axis, lead, forces } => Screw::of(*axis, *lead, forces).into(),
             Self::Cylindrical { axis } => Cylindrical { axis: *axis }.into(),
             Self::Universal { axes: [axis1, axis2] } => Universal { axis1: *axis1, axis2: *axis2 }.into(),
             Self::Planar { normal } => Planar { normal: *normal }.into(),

@@ -9,6 +9,8 @@
 
 pub mod described;
 
+use std::f64::consts::TAU;
+
 use crate::description::schema::Item as _;
 use crate::error::{Checker, InvalidInput};
 
@@ -42,6 +44,15 @@ pub enum Joint {
         /// Direction of the axis in the joint's frame, of any length.
         axis: [f64; 3],
         /// Forces on the displacement.
+        forces: JointForces,
+    },
+    /// Rotation about an axis that drives a translation along it, as of a nut on a spindle: one angle in radians.
+    Screw {
+        /// Direction of the axis in the joint's frame, of any length.
+        axis: [f64; 3],
+        /// Translation in one revolution, in metres; negative for a left-handed thread.
+        lead: f64,
+        /// Forces on the angle.
         forces: JointForces,
     },
     /// Translation along an axis and rotation about it.
@@ -123,6 +134,8 @@ pub enum Motion {
     About([f64; 3]),
     /// Translation along a unit axis.
     Along([f64; 3]),
+    /// Rotation by an angle about a unit axis, with a translation along it of so many metres per radian.
+    Screw([f64; 3], f64),
     /// Rotation by a rotation vector.
     AboutAll,
 }
@@ -134,6 +147,7 @@ impl Joint {
             Self::Weld => "weld",
             Self::Revolute { .. } => "revolute",
             Self::Prismatic { .. } => "prismatic",
+            Self::Screw { .. } => "screw",
             Self::Cylindrical { .. } => "cylindrical",
             Self::Universal { .. } => "universal",
             Self::Planar { .. } => "planar",
@@ -146,7 +160,7 @@ impl Joint {
     pub fn coordinates(&self) -> &'static [&'static str] {
         match self {
             Self::Weld => &[],
-            Self::Revolute { .. } => &["angle"],
+            Self::Revolute { .. } | Self::Screw { .. } => &["angle"],
             Self::Prismatic { .. } => &["displacement"],
             Self::Cylindrical { .. } => &["displacement", "angle"],
             Self::Universal { .. } => &["angle[0]", "angle[1]"],
@@ -162,6 +176,7 @@ impl Joint {
             Self::Weld => Vec::new(),
             Self::Revolute { axis, .. } => vec![Motion::About(unit(*axis))],
             Self::Prismatic { axis, .. } => vec![Motion::Along(unit(*axis))],
+            Self::Screw { axis, lead, .. } => vec![Motion::Screw(unit(*axis), lead / TAU)],
             Self::Cylindrical { axis } => vec![Motion::Along(unit(*axis)), Motion::About(unit(*axis))],
             Self::Universal { axes } => axes.map(|axis| Motion::About(unit(axis))).to_vec(),
             Self::Planar { normal } => {
@@ -179,7 +194,19 @@ impl Joint {
     /// Forces on the coordinate, for joints that can have them.
     pub fn forces(&self) -> Option<&JointForces> {
         match self {
-            Self::Revolute { forces, .. } | Self::Prismatic { forces, .. } => Some(forces),
+            Self::Revolute { forces, .. } | Self::Prismatic { forces, .. } | Self::Screw { forces, .. } => {
+                Some(forces)
+            }
+            _ => None,
+        }
+    }
+
+    /// [`Joint::forces`], to be changed.
+    pub(crate) fn forces_mut(&mut self) -> Option<&mut JointForces> {
+        match self {
+            Self::Revolute { forces, .. } | Self::Prismatic { forces, .. } | Self::Screw { forces, .. } => {
+                Some(forces)
+            }
             _ => None,
         }
     }

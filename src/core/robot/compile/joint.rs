@@ -68,11 +68,16 @@ pub(crate) fn moving<G: Turning>(
             return PiecePlan { is_joint: true, ..turn };
         }
         Motion::About(axis) => Twist { angular: G::axial_of(frame, axis.into()), ..zero },
+        Motion::Screw(axis, advance) => Twist {
+            angular: G::axial_of(frame, axis.into()),
+            linear: G::vector_of(frame, axis.into()) * advance,
+        },
         Motion::Along(axis) => Twist { linear: G::vector_of(frame, axis.into()), ..zero },
     };
     let forces = forces.filter(|forces| !forces.are_absent()).cloned();
-    let turns = matches!(motion, Motion::About(_));
-    let hinge = Some(Hinge { twist, turns, forces, index: hinges });
+    let turns = matches!(motion, Motion::About(_) | Motion::Screw(..));
+    let advances = matches!(motion, Motion::Along(_) | Motion::Screw(..));
+    let hinge = Some(Hinge { twist, turns, advances, forces, index: hinges });
     PiecePlan { hinge, n: 1, ..rigid(joined, first, first_pack) }
 }
 

@@ -267,7 +267,7 @@ impl Robot {
         };
         let kind = link.joint.name();
         let found = format_args!("\"{}\", a {kind} joint", link.name);
-        let expected = "a revolute, prismatic, cylindrical, universal or planar joint; a Load with frame \"body\" turns and \
+        let expected = "a revolute, prismatic, screw, cylindrical, universal or planar joint; a Load with frame \"body\" turns and \
                         pushes other links";
         if !check.require(has_axes(&link.joint), place, found, expected) {
             return;

@@ -11,7 +11,7 @@ use crate::error::{Checker, InvalidInput, Number};
 /// Source of the coordinates of a driven joint, which adds no coordinates to the robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Driven {
-    /// The coordinate of a revolute or prismatic joint is `multiplier` times another joint's coordinate, plus
+    /// The coordinate of a revolute, prismatic or screw joint is `multiplier` times another joint's coordinate, plus
     /// `offset`.
     Mimic {
         /// Index of the link with the other joint, before or after this one; that joint may be driven too.
@@ -21,7 +21,7 @@ pub enum Driven {
         /// Offset in radians or metres.
         offset: f64,
     },
-    /// The coordinate of a revolute or prismatic joint is a function of time, in radians or metres. Tables
+    /// The coordinate of a revolute, prismatic or screw joint is a function of time, in radians or metres. Tables
     /// without an interpolation are cubic splines.
     Coordinate(Signal<1>),
     /// A free joint has a prescribed motion, in the axes of its frame.
@@ -135,11 +135,11 @@ impl Driven {
         let has_one = joint.coordinates().len() == 1;
         match self {
             Self::Mimic { .. } => {
-                check.require(has_one, "mimic", found, "one of a revolute or prismatic joint");
+                check.require(has_one, "mimic", found, "one of a revolute, prismatic or screw joint");
                 self.check_numbers(&mut check);
             }
             Self::Coordinate(signal) => {
-                let expected = "one of a revolute or prismatic joint; that of a free one is a BaseMotion";
+                let expected = "one of a revolute, prismatic or screw joint; that of a free one is a BaseMotion";
                 check.require(has_one, "motion", found, expected);
                 check_smooth(signal, &mut check, "motion");
             }

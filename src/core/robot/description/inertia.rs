@@ -2,7 +2,6 @@
 
 use super::Robot;
 use crate::description::body::Body;
-use crate::description::joint::Joint;
 use crate::description::rod::Section;
 
 impl Robot {
@@ -19,7 +18,7 @@ impl Robot {
             }
         }
         for link in &mut other.links {
-            if let Joint::Revolute { forces, .. } | Joint::Prismatic { forces, .. } = &mut link.joint {
+            if let Some(forces) = link.joint.forces_mut() {
                 forces.armature *= factor;
             }
         }

@@ -37,7 +37,7 @@ pub(super) fn check_mimics(check: &mut Checker, links: &[Link]) {
     for (i, link) in links.iter().enumerate() {
         let Some(Driven::Mimic { link: other, .. }) = link.driven else { continue };
         let place = format!("links[{i}].joint.mimic.link");
-        let expected = "another link with a revolute or prismatic joint";
+        let expected = "another link with a revolute, prismatic or screw joint";
         let Some(mimicked) = links.get(other) else {
             check.require(false, &place, format_args!("link {other}"), expected);
             continue;

@@ -1,6 +1,7 @@
 //! A robot as plain data: a tree of links, with loads, actuators, loops and contacts.
 
 use std::collections::HashSet;
+use std::f64::consts::TAU;
 
 use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
@@ -293,15 +294,17 @@ impl Robot {
             straight.chain(beside).collect::<Vec<_>>()
         });
         let weight = self.all_bodies().map(|body| body.mass).sum::<f64>() * size(self.gravity);
+        // With the translation by a unit of the coordinate.
         let of_joints = self.links.iter().filter_map(|link| match &link.joint {
-            Joint::Prismatic { forces, .. } => Some(forces),
+            Joint::Prismatic { forces, .. } => Some((forces, 1.0)),
+            Joint::Screw { forces, lead, .. } => Some((forces, lead.abs() / TAU)),
             _ => None,
         });
-        let of_springs = of_joints.map(|forces| {
-            let sag = if forces.stiffness > 0.0 { weight / forces.stiffness } else { 0.0 };
+        let of_springs = of_joints.map(|(forces, advance)| {
+            let sag = if forces.stiffness > 0.0 { advance * weight / forces.stiffness } else { 0.0 };
             let range = forces.limits.map_or(0.0, |[lower, upper]| upper - lower);
             let rest = if forces.stiffness > 0.0 { forces.rest.abs() } else { 0.0 };
-            sag.max(rest).max(if range.is_finite() { range } else { 0.0 })
+            advance * sag.max(rest).max(if range.is_finite() { range } else { 0.0 })
         });
         of_tendons.chain(of_springs).fold(0.0, f64::max)
     }
@@ -469,9 +472,10 @@ impl Robot {
             let place = format!("loops[{i}]");
             check_name(check, &mut names, &closed.name, &place, "loop");
             check.nested(&place, described.validate());
-            let is_free = matches!(closed.tie, Tie::Joint { joint: Joint::Free, .. });
-            let expected = "a joint that forbids a motion";
-            check.require(!is_free, &format!("{place}.kind"), "a free joint", expected);
+            if let Tie::Joint { joint: joint @ (Joint::Free | Joint::Screw { .. }), .. } = &closed.tie {
+                let expected = "a joint that forbids a motion, but no screw, whose turns two frames do not determine";
+                check.require(false, &format!("{place}.kind"), format_args!("a {} joint", joint.name()), expected);
+            }
             if let Tie::Coordinates { coordinates, .. } = closed.tie {
                 let count = self.coordinates();
                 for (key, k) in ["a", "b"].into_iter().zip(coordinates) {

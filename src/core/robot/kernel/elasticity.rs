@@ -1,7 +1,7 @@
 //! Elastic and damping forces of a rod: `K q + D qd`, with energy and dissipation.
 
 use crate::model::springs::Springs;
-use crate::numerics::lie::{Symmetric, VectorSpace};
+use crate::numerics::lie::Symmetric;
 use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::effects::joint_forces;
 use crate::robot::plan::Plan;
@@ -118,8 +118,7 @@ fn quadratic_form<G: Turning>(plan: &Plan<G>, x: &[f64], factor: impl Fn(f64) ->
 /// displacements the length of the robot, and one for other coordinates.
 pub(crate) fn typical_coordinates<G: Turning>(plan: &Plan<G>, reach: f64, sizes: &mut [f64]) {
     for piece in plan.pieces.iter().filter(|piece| piece.is_joint) {
-        let shifts =
-            piece.hinge.as_ref().is_some_and(|hinge| hinge.twist.linear.dot(hinge.twist.linear) > 0.0);
+        let shifts = piece.hinge.as_ref().is_some_and(|hinge| !hinge.turns);
         sizes[piece.coordinates()].fill(if shifts { reach } else { 1.0 });
     }
     let rods = plan.pieces.iter().filter(|piece| !piece.is_joint);

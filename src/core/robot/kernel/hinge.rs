@@ -34,7 +34,10 @@ pub(crate) fn place<G: Turning>(
 ) -> Placement<G> {
     let Placement { mut orientation, mut rotation, mut position } = place;
     let q = q[piece.first];
-    work.hinges[hinge.index] = carried(&rotation, position, hinge.twist, !hinge.turns);
+    work.hinges[hinge.index] = carried(&rotation, position, hinge.twist, hinge.advances);
+    if hinge.advances {
+        position += G::rotate(&rotation, hinge.twist.linear * q);
+    }
     if hinge.turns {
         let (pack, lane) = (hinge.index / LANES, hinge.index % LANES);
         let half = work.half_angles[pack].map(|entry| entry.lane(lane));
@@ -43,8 +46,6 @@ pub(crate) fn place<G: Turning>(
         if piece.joined.is_followed_by_nodes {
             orientation = G::turned(orientation, turn);
         }
-    } else {
-        position += G::rotate(&rotation, hinge.twist.linear * q);
     }
     Placement { orientation, rotation, position }
 }

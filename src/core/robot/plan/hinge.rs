@@ -7,10 +7,13 @@ use crate::numerics::lie::Twist;
 /// A joint of one coordinate.
 #[derive(Clone, Debug)]
 pub(crate) struct Hinge<G: Space> {
-    /// Unit twist of everything beyond the joint, in the axes before it: a rotation or a translation.
+    /// Twist of everything beyond the joint by a unit of the coordinate, in the axes before it: a rotation, a translation, or
+    /// both along one axis.
     pub(crate) twist: Twist<G, f64>,
-    /// Whether the twist is a rotation.
+    /// Whether the twist rotates.
     pub(crate) turns: bool,
+    /// Whether it translates.
+    pub(crate) advances: bool,
     /// Forces on the coordinate, if any.
     pub(crate) forces: Option<JointForces>,
     /// Index among all hinges.

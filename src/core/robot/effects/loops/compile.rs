@@ -113,7 +113,7 @@ fn shared_by(joint: &Joint) -> Vec<Vector<f64>> {
         Joint::Revolute { axis, .. } | Joint::Cylindrical { axis } | Joint::Planar { normal: axis } => {
             vec![unit(*axis).into()]
         }
-        Joint::Universal { .. } | Joint::Spherical | Joint::Free => Vec::new(),
+        Joint::Universal { .. } | Joint::Screw { .. } | Joint::Spherical | Joint::Free => Vec::new(),
     }
 }
 
@@ -149,6 +149,6 @@ fn rows_of(joint: &Joint) -> Vec<Row> {
             [along(&[unit(*normal).into()]), turns.to_vec()].concat()
         }
         Joint::Spherical => along(&axes),
-        Joint::Free => Vec::new(),
+        Joint::Screw { .. } | Joint::Free => unreachable!("such a joint closes no loop: `Robot::validate`"),
     }
 }

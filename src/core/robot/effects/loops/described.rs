@@ -118,7 +118,8 @@ impl LoopKind {
         })
     }
 
-    /// The kind of a loop with this joint; nothing for a free one, which closes none.
+    /// The kind of a loop with this joint; `None` for a free one, which closes none, and for a screw, whose turns two frames do not
+    /// determine.
     fn of(joint: Joint) -> Option<Self> {
         Some(match joint {
             Joint::Weld(joint) => joint.into(),
@@ -128,7 +129,7 @@ impl LoopKind {
             Joint::Universal(joint) => joint.into(),
             Joint::Planar(joint) => joint.into(),
             Joint::Spherical(joint) => joint.into(),
-            Joint::Free(_) => return None,
+            Joint::Screw(_) | Joint::Free(_) => return None,
         })
     }
 }
@@ -149,7 +150,7 @@ pub struct Loop {
     #[part(explicit, default = LoopPlace::End(LoopEnd::on(None)))]
     pub b: LoopPlace,
     /// Relative motion that the loop allows the frame of `b` in the frame of `a`: a joint without spring, damping or friction
-    /// and not `Free`, a constant distance, or a gear.
+    /// and neither `Free` nor `Screw`, a constant distance, or a gear.
     pub kind: LoopKind,
     /// Name in messages. By default made of the ends, such as "hand to the world"; robots number equal default names: "hand
     /// to the world 2".

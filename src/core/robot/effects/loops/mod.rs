@@ -52,7 +52,7 @@ pub enum Tie {
     Joint {
         /// Both ends.
         ends: [LoopEnd; 2],
-        /// The joint; not `Free`, and without forces.
+        /// The joint; neither `Free` nor `Screw`, and without forces.
         joint: Joint,
     },
     /// Both ends keep this distance, in metres.

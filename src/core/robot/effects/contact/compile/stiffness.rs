@@ -326,7 +326,7 @@ fn of_actuator(actuator: &Actuator, robot: &Robot) -> (Option<usize>, [Option<f6
                 (None, MotorCommand::Position { .. }) => None,
             };
             let motions = robot.links[motor.link].joint.motions();
-            let is_turned = matches!(motions.get(motor.coordinate), Some(Motion::About(_)));
+            let is_turned = matches!(motions.get(motor.coordinate), Some(Motion::About(_) | Motion::Screw(..)));
             (Some(motor.link), if is_turned { [nothing, most] } else { [most, nothing] })
         }
         Actuator::ActiveStrain(active) => (Some(active.link), [None, nothing]),
