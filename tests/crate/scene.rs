@@ -909,7 +909,12 @@ fn problems_of_a_scene_that_imports_are_at_its_keys() {
         (r#"parent = "arm""#, r#"parent = "am""#, "link[0].parent", r#""stand", "arm""#),
         (r#"name = "tip""#, r#"name = "arm""#, "link[1].name", "a new name"),
         (r#"{ link = "arm" }"#, r#"{ link = "art" }"#, "link[0].joint.mimic.link", "did you mean \"arm\""),
-        (r#"{ link = "arm" }"#, r#"{ link = "stand" }"#, "link[0].joint.mimic.link", "revolute or prismatic"),
+        (
+            r#"{ link = "arm" }"#,
+            r#"{ link = "stand" }"#,
+            "link[0].joint.mimic.link",
+            "a revolute, prismatic or screw joint",
+        ),
         ("q0 = [0.2]", "q0 = [0.2, 1]", "import.q0", "1 values: arm.angle"),
         ("mass = 0.1 }", "mass = -0.1 }", "link[1].body.mass", ""),
         (r#"urdf = "two.urdf""#, "urdf = 3", "import.urdf", "text"),

@@ -27,6 +27,9 @@ const NORMAL_IS_X: f64 = 1e-9;
 /// Default velocity, in radians or metres per second, below which dry friction is smoothed.
 pub const FRICTION_VELOCITY: f64 = 1e-3;
 
+/// The joints with one coordinate, in messages.
+pub(crate) const OF_ONE_COORDINATE: &str = "a revolute, prismatic or screw joint";
+
 /// Kinematics of a joint: the motion of a link relative to its parent.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Joint {
@@ -138,6 +141,13 @@ pub enum Motion {
     Screw([f64; 3], f64),
     /// Rotation by a rotation vector.
     AboutAll,
+}
+
+impl Motion {
+    /// Whether its coordinates are angles.
+    pub fn is_turn(self) -> bool {
+        !matches!(self, Self::Along(_))
+    }
 }
 
 impl Joint {

@@ -75,8 +75,8 @@ pub(crate) fn moving<G: Turning>(
         Motion::Along(axis) => Twist { linear: G::vector_of(frame, axis.into()), ..zero },
     };
     let forces = forces.filter(|forces| !forces.are_absent()).cloned();
-    let turns = matches!(motion, Motion::About(_) | Motion::Screw(..));
-    let advances = matches!(motion, Motion::Along(_) | Motion::Screw(..));
+    let turns = motion.is_turn();
+    let advances = !matches!(motion, Motion::About(_));
     let hinge = Some(Hinge { twist, turns, advances, forces, index: hinges });
     PiecePlan { hinge, n: 1, ..rigid(joined, first, first_pack) }
 }

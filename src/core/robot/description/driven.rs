@@ -1,6 +1,6 @@
 //! Driven joints: prescribed as a function of time, or coupled to another joint.
 
-use crate::description::joint::{Joint, described};
+use crate::description::joint::{Joint, OF_ONE_COORDINATE, described};
 use crate::description::schema::LinkName;
 use crate::description::signal::{Cell, Drive, Jumps, Signal};
 use crate::description::world::BaseMotion;
@@ -135,12 +135,12 @@ impl Driven {
         let has_one = joint.coordinates().len() == 1;
         match self {
             Self::Mimic { .. } => {
-                check.require(has_one, "mimic", found, "one of a revolute, prismatic or screw joint");
+                check.require(has_one, "mimic", found, &format!("one of {OF_ONE_COORDINATE}"));
                 self.check_numbers(&mut check);
             }
             Self::Coordinate(signal) => {
-                let expected = "one of a revolute, prismatic or screw joint; that of a free one is a BaseMotion";
-                check.require(has_one, "motion", found, expected);
+                let expected = format!("one of {OF_ONE_COORDINATE}; that of a free one is a BaseMotion");
+                check.require(has_one, "motion", found, &expected);
                 check_smooth(signal, &mut check, "motion");
             }
             Self::Base(motion) => {

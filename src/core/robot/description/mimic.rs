@@ -2,6 +2,7 @@
 
 use super::driven::Driven;
 use super::link::Link;
+use crate::description::joint::OF_ONE_COORDINATE;
 use crate::error::Checker;
 
 /// Origin of a joint's single coordinate: `factor` times that of the joint of `link`, plus `offset`.
@@ -37,15 +38,15 @@ pub(super) fn check_mimics(check: &mut Checker, links: &[Link]) {
     for (i, link) in links.iter().enumerate() {
         let Some(Driven::Mimic { link: other, .. }) = link.driven else { continue };
         let place = format!("links[{i}].joint.mimic.link");
-        let expected = "another link with a revolute, prismatic or screw joint";
+        let expected = format!("another link with {OF_ONE_COORDINATE}");
         let Some(mimicked) = links.get(other) else {
-            check.require(false, &place, format_args!("link {other}"), expected);
+            check.require(false, &place, format_args!("link {other}"), &expected);
             continue;
         };
         let joint = &mimicked.joint;
         let found =
             format_args!("\"{}\", whose joint is a {} joint", mimicked.name, joint.name()).to_string();
-        if check.require(joint.coordinates().len() == 1, &place, found, expected) {
+        if check.require(joint.coordinates().len() == 1, &place, found, &expected) {
             let found = format_args!("\"{}\", which mimics this joint", mimicked.name).to_string();
             let found = if other == i { "the joint itself".to_owned() } else { found };
             let is_known = origin(links, i).is_some();

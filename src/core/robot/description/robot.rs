@@ -473,8 +473,14 @@ impl Robot {
             check_name(check, &mut names, &closed.name, &place, "loop");
             check.nested(&place, described.validate());
             if let Tie::Joint { joint: joint @ (Joint::Free | Joint::Screw { .. }), .. } = &closed.tie {
-                let expected = "a joint that forbids a motion, but no screw, whose turns two frames do not determine";
-                check.require(false, &format!("{place}.kind"), format_args!("a {} joint", joint.name()), expected);
+                let expected =
+                    "a joint that forbids a motion, but no screw, whose turns two frames do not determine";
+                check.require(
+                    false,
+                    &format!("{place}.kind"),
+                    format_args!("a {} joint", joint.name()),
+                    expected,
+                );
             }
             if let Tie::Coordinates { coordinates, .. } = closed.tie {
                 let count = self.coordinates();

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
-use crate::description::joint::{Joint, Motion};
+use crate::description::joint::Joint;
 use crate::description::rod::{SectionProperties, Segment};
 use crate::description::signal::Signal;
 use crate::error::{Checker, InvalidInput};
@@ -326,7 +326,7 @@ fn of_actuator(actuator: &Actuator, robot: &Robot) -> (Option<usize>, [Option<f6
                 (None, MotorCommand::Position { .. }) => None,
             };
             let motions = robot.links[motor.link].joint.motions();
-            let is_turned = matches!(motions.get(motor.coordinate), Some(Motion::About(_) | Motion::Screw(..)));
+            let is_turned = motions.get(motor.coordinate).is_some_and(|motion| motion.is_turn());
             (Some(motor.link), if is_turned { [nothing, most] } else { [most, nothing] })
         }
         Actuator::ActiveStrain(active) => (Some(active.link), [None, nothing]),
