@@ -35,9 +35,9 @@ impl Independent {
         }
     }
 
-    /// Finds them, of rows whose entries are multiplied by `scale` of their column: the same units in all of them. Cost:
-    /// rows^2 columns.
-    pub(crate) fn find(&mut self, matrix: &Matrix, scale: impl Fn(usize) -> f64) {
+    /// Finds them, of rows whose entries are multiplied by `scale` of their column: the same units in all of them. Rows of different
+    /// `parts` have no columns in common. Cost: rows^2 columns for each part.
+    pub(crate) fn find(&mut self, matrix: &Matrix, scale: impl Fn(usize) -> f64, parts: &[usize]) {
         let Self { rows, columns, left, is_independent, squares } = self;
         let columns = *columns;
         is_independent.fill(false);
@@ -52,10 +52,10 @@ impl Independent {
             let factor = inverse_length(dot(row, row).sqrt(), largest);
             row.iter_mut().for_each(|entry| *entry *= factor);
         }
+        for (square, row) in squares.iter_mut().zip(left.chunks_exact(columns.max(1))) {
+            *square = dot(row, row);
+        }
         for _ in 0..(*rows).min(columns) {
-            for (square, row) in squares.iter_mut().zip(left.chunks_exact(columns)) {
-                *square = dot(row, row);
-            }
             // The first of equal ones.
             let mut most = 0;
             for i in 1..*rows {
@@ -69,7 +69,7 @@ impl Independent {
             is_independent[most] = true;
             let factor = squares[most].sqrt().recip();
             left[most * columns..][..columns].iter_mut().for_each(|entry| *entry *= factor);
-            for i in (0..*rows).filter(|&i| i != most) {
+            for i in (0..*rows).filter(|&i| i != most && parts[i] == parts[most]) {
                 let (first, second) = left.split_at_mut(i.max(most) * columns);
                 let (row, unit) = if i < most {
                     (&mut first[i * columns..][..columns], &second[..columns])
@@ -80,8 +80,10 @@ impl Independent {
                 for (entry, unit) in row.iter_mut().zip(unit) {
                     *entry -= part * unit;
                 }
+                squares[i] = dot(row, row);
             }
             left[most * columns..][..columns].fill(0.0);
+            squares[most] = 0.0;
         }
     }
 
@@ -104,11 +106,11 @@ mod tests {
         let rows = [[1.0, 0.0, 0.0], [1e3, 1e3, 0.0], [0.0, 3.0, 0.0], [0.0, 1e-14, 0.0], [0.0, 1e-3, 1e-3]];
         let matrix = Matrix::from_fn(5, 3, |i, j| rows[i][j]);
         let mut found = Independent::new(5, 3);
-        found.find(&matrix, |_| 1.0);
+        found.find(&matrix, |_| 1.0, &[0; 5]);
         assert_eq!(found.rank(), 3);
         assert!(!found.is_independent(3) && found.is_independent(4));
         let mut none = Independent::new(2, 0);
-        none.find(&Matrix::zeros(2, 0), |_| 1.0);
+        none.find(&Matrix::zeros(2, 0), |_| 1.0, &[0; 2]);
         assert!(!none.is_independent(0) && !none.is_independent(1));
     }
 }

@@ -7,6 +7,7 @@
 pub mod closing;
 mod independent;
 pub mod one_sided;
+mod parts;
 pub mod projection;
 pub mod saddle;
 

@@ -1,5 +1,6 @@
 //! Linear systems with constraints, `[S, G^T; G, 0]`.
 
+use super::parts::Parts;
 use super::{Independent, inverse_length};
 use crate::model::{SingularMass, Static};
 use crate::numerics::linalg::{Lu, Matrix, Singular, thin_svd};
@@ -15,8 +16,58 @@ pub struct Saddle {
     /// m x n.
     pub constraints: Matrix,
     independent: Independent,
+    parts: Parts,
+    systems: Vec<PartialSystem>,
+}
+
+/// The equations of a part, with their factors.
+#[derive(Clone, Debug)]
+struct PartialSystem {
+    /// Its unknowns among those of all, coordinates first.
+    unknowns: Vec<usize>,
     bordered: Matrix,
     lu: Lu,
+    right: Vec<f64>,
+}
+
+impl PartialSystem {
+    fn new(unknowns: Vec<usize>) -> Self {
+        let size = unknowns.len();
+        Self { bordered: Matrix::zeros(size, size), lu: Lu::new(size), right: vec![0.0; size], unknowns }
+    }
+
+    fn factorise(
+        &mut self,
+        tangent: &Matrix,
+        constraints: &Matrix,
+        independent: &Independent,
+    ) -> Result<(), Singular> {
+        let Self { unknowns, bordered, lu, .. } = self;
+        let n = tangent.nrows();
+        let entry = |i: usize, j: usize| match (i.checked_sub(n), j.checked_sub(n)) {
+            (None, None) => tangent[(i, j)],
+            (Some(row), None) if independent.is_independent(row) => constraints[(row, j)],
+            (None, Some(row)) if independent.is_independent(row) => constraints[(row, i)],
+            (Some(row), Some(_)) if i == j && !independent.is_independent(row) => 1.0,
+            _ => 0.0,
+        };
+        for (to, &j) in unknowns.iter().enumerate() {
+            for (value, &i) in bordered.column_mut(to).iter_mut().zip(unknowns.iter()) {
+                *value = entry(i, j);
+            }
+        }
+        lu.factorise(bordered)
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        for (value, &k) in self.right.iter_mut().zip(&self.unknowns) {
+            *value = b[k];
+        }
+        self.lu.solve(&mut self.right);
+        for (value, &k) in self.right.iter().zip(&self.unknowns) {
+            b[k] = *value;
+        }
+    }
 }
 
 impl Saddle {
@@ -26,20 +77,28 @@ impl Saddle {
             tangent: Matrix::zeros(n, n),
             constraints: Matrix::zeros(m, n),
             independent: Independent::new(m, n),
-            bordered: Matrix::zeros(n + m, n + m),
-            lu: Lu::new(n + m),
+            parts: Parts::new(n + m),
+            systems: vec![PartialSystem::new((0..n + m).collect())],
         }
     }
 
-    /// Factorises them, without the rows that others determine. Cost: 2/3 (n + m)^3 flops.
+    /// Factorises them, without the rows that others determine, each part that nothing couples to others by itself. Cost:
+    /// 2/3 (n + m)^3 flops of each. Allocates where the parts are other ones than before.
     pub fn factorise(&mut self) -> Result<(), Singular> {
-        let Self { tangent, constraints, independent, bordered, lu } = self;
+        let Self { tangent, constraints, independent, parts, systems } = self;
+        if parts.find(tangent, constraints) {
+            let of = |part: usize| (0..parts.of.len()).filter(|&k| parts.of[k] == part).collect();
+            *systems = (0..parts.count).map(|part| PartialSystem::new(of(part))).collect();
+        }
         let largest = (0..tangent.nrows()).map(|k| tangent[(k, k)].abs()).fold(f64::MIN_POSITIVE, f64::max);
         let scale =
             |k: usize| Some(tangent[(k, k)].abs()).filter(|x| *x > NOTHING * largest).unwrap_or(largest);
-        independent.find(constraints, |k| scale(k).sqrt().recip());
-        border(tangent, constraints, independent, bordered);
-        lu.factorise(bordered)
+        independent.find(constraints, |k| scale(k).sqrt().recip(), &parts.of[tangent.nrows()..]);
+        if let [PartialSystem { bordered, lu, .. }] = systems.as_mut_slice() {
+            border(tangent, constraints, independent, bordered);
+            return lu.factorise(bordered);
+        }
+        systems.iter_mut().try_for_each(|system| system.factorise(tangent, constraints, independent))
     }
 
     /// Writes the same with another tangent. Rows depend on others that did when this one was factorised.
@@ -76,7 +135,10 @@ impl Saddle {
     /// Solves with the factors, in place. Multipliers of rows that others determine are zero.
     pub fn solve(&mut self, b: &mut [f64]) {
         self.drop_dependent(&mut b[self.tangent.nrows()..]);
-        self.lu.solve(b);
+        match self.systems.as_mut_slice() {
+            [all] => all.lu.solve(b),
+            parts => parts.iter_mut().for_each(|part| part.solve(b)),
+        }
     }
 }
 

@@ -606,7 +606,11 @@ impl RobotModel {
         self.gap_jacobian(q, &mut jacobian);
         self.mass_matrix(q, &mut mass);
         let mut independent = Independent::new(m, n);
-        independent.find(&jacobian, |k| mass[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip());
+        independent.find(
+            &jacobian,
+            |k| mass[(k, k)].abs().sqrt().max(f64::MIN_POSITIVE).recip(),
+            &vec![0; m],
+        );
         let loops = self.robot.loops.len();
         let mut redundant = vec![0; loops + self.slack().len()];
         on_sweeps!(&self.sweeps, sweeps => {

@@ -4,9 +4,9 @@ use super::curve::{self, LONGER, expand};
 use super::narrow_phase::{Found, Near, Scene, placed};
 use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector, VectorSpace};
 use crate::robot::effects::contact::broad_phase;
-use crate::robot::effects::contact::plan::{Body, Pair, Side};
+use crate::robot::effects::contact::plan::{Body, Curve, Fixed, Pair, Side};
 use crate::robot::effects::contact::shapes::distance;
-use crate::robot::effects::contact::shapes::obstacle::Pose;
+use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose};
 use crate::robot::effects::contact::state::{ContactState, Span};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
@@ -29,7 +29,9 @@ pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
 /// The same, and which curves may touch anything there.
 pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
-    look_around(plan, work, &mut state);
+    if !are_all_far(plan, work, &mut state) {
+        look_around(plan, work, &mut state);
+    }
     work.effects.contact = state;
 }
 
@@ -53,6 +55,10 @@ impl<G: Turning> Sweep for Find<'_, G> {
     #[inline(always)]
     fn call(self) {
         let Self { plan, work, state } = self;
+        state.touches.clear();
+        if are_all_far(plan, work, state) {
+            return;
+        }
         look_around(plan, work, state);
         expand(plan, work, state);
         let ContactState {
@@ -77,7 +83,6 @@ impl<G: Turning> Sweep for Find<'_, G> {
             polynomials,
             ..
         } = state;
-        touches.clear();
         let near = Near { curves: near, of_pairs: near_of };
         let scene = Scene {
             plan,
@@ -104,6 +109,58 @@ impl<G: Turning> Sweep for Find<'_, G> {
     }
 }
 
+/// Whether rods are all that may touch, solids at rest are all that they may touch, and the balls around the ends of their curves reach
+/// none of these: nothing is near then, and no samples are needed.
+#[inline(always)]
+fn are_all_far<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) -> bool {
+    let contacts = &plan.effects.contacts;
+    let are_far = contacts.pairs.iter().all(|pair| {
+        let [Side::Rod(curves), Side::Solid(solid)] = &pair.sides else { return false };
+        let Fixed { on, solid } = &contacts.solids[*solid];
+        on.is_none()
+            && curves.clone().all(|c| {
+                let curve = &contacts.curves[c];
+                let (centre, radius) = around_ends(plan, work, curve, stretched(plan, work, curve));
+                Placed { solid, pose: None }.distance(centre).value > radius
+            })
+    });
+    if are_far {
+        state.is_near.fill(false);
+        state.is_rigid_near = false;
+        state.is_seen.fill(false);
+        state.near.clear();
+        state.near_of.fill(0..0);
+    }
+    are_far
+}
+
+/// By which factor a curve is longer than its piece, at most.
+#[inline(always)]
+fn stretched<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, curve: &Curve<G::Pack>) -> f64 {
+    let piece = &plan.pieces[curve.piece];
+    if !piece.is_extensible {
+        return 1.0;
+    }
+    let squares = work.slope[piece.node_packs()].iter().map(|slope| slope.dot(*slope));
+    let lanes = squares.flat_map(|squares| (0..LANES).map(move |lane| squares.lane(lane)));
+    // Samples are the nodes and both ends.
+    LONGER * lanes.take(curve.samples.len() - 2).fold(0.0, f64::max).sqrt()
+}
+
+/// The ball around the middle of both ends of a curve: it is as far from both together as it is long at most.
+#[inline(always)]
+fn around_ends<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    curve: &Curve<G::Pack>,
+    stretched: f64,
+) -> broad_phase::Ball {
+    let joined = &plan.pieces[curve.piece].joined;
+    let [begin, end] =
+        [joined.begin, joined.end].map(|station| G::in_space(plan.frame, work.stations[station].position));
+    ((begin + end) * 0.5, 0.5 * stretched * curve.length + curve.thickest)
+}
+
 /// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.
 #[inline(always)]
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
@@ -112,28 +169,20 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
         let piece = &plan.pieces[curve.piece];
         let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
         let last = own.len() - 1;
-        let mut fastest: f64 = 0.0;
         for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
-            let squares = work.slope[node].dot(work.slope[node]);
             for (lane, [position, _]) in nodes.iter_mut().enumerate() {
                 *position = in_lane::<G>(plan.frame, &work.position[node], lane);
-                fastest = fastest.max(squares.lane(lane));
             }
         }
         for (i, station) in [(0, piece.joined.begin), (last, piece.joined.end)] {
             own[i][0] = G::in_space(plan.frame, work.stations[station].position);
         }
         let centre = own[own.len() / 2][0];
-        let (mut away, mut thickest) = (0.0_f64, 0.0_f64);
-        for ([position, _], sample) in own.iter().zip(&curve.samples) {
-            let way = *position - centre;
-            away = away.max(way.dot(way));
-            thickest = thickest.max(sample.radius);
-        }
-        let stretched = if piece.is_extensible { LONGER * fastest.sqrt() } else { 1.0 };
-        let around_samples = (centre, away.sqrt() + stretched * curve.largest_gap + thickest);
-        // A curve is as far from both of its ends together as it is long at most.
-        let around_ends = ((own[0][0] + own[last][0]) * 0.5, 0.5 * stretched * curve.length + thickest);
+        let away =
+            own.iter().map(|[position, _]| *position - centre).map(|way| way.dot(way)).fold(0.0, f64::max);
+        let stretched = stretched(plan, work, curve);
+        let around_samples = (centre, away.sqrt() + stretched * curve.largest_gap + curve.thickest);
+        let around_ends = around_ends(plan, work, curve, stretched);
         *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
     }
     for (ball, centre) in plan.effects.contacts.balls.iter().zip(&mut state.centres) {

@@ -52,6 +52,8 @@ pub(crate) struct Curve<P> {
     pub(crate) is_round: bool,
     /// Sample places that are checked first: ends and nodes.
     pub(crate) samples: Vec<Sample>,
+    /// Largest radius at its samples.
+    pub(crate) thickest: f64,
     /// Largest distance of neighbouring samples, at zero strain.
     pub(crate) largest_gap: f64,
     /// Index of its first sample among those of all curves.

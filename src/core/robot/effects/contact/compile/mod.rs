@@ -294,6 +294,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             start,
             is_round,
             whole,
+            thickest: samples.iter().map(|sample| sample.radius).fold(0.0, f64::max),
             samples,
             largest_gap: piece.length * piece.gauss.largest_gap(),
             first_sample,
