@@ -66,8 +66,8 @@ if TYPE_CHECKING:
     from ._lissom import Scene as Scene
     from ._lissom import SceneError as SceneError
     from ._lissom import SceneProblem as SceneProblem
-    from ._lissom import Section as Section
     from ._lissom import Screw as Screw
+    from ._lissom import Section as Section
     from ._lissom import Segment as Segment
     from ._lissom import Simulation as Simulation
     from ._lissom import Simulations as Simulations

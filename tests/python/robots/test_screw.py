@@ -94,9 +94,9 @@ def test_scenes_and_repr_keep_the_screw(tmp_path):
 
 def test_a_screw_closes_no_loop():
     links = [Link("arm", joint=Revolute((0, 1, 0)), body=Body(1))]
-    with pytest.raises((TypeError, ValueError), match="Screw|screw"):
+    with pytest.raises((TypeError, ValueError), match=r"Screw|screw"):
         Robot(links, loops=[Loop("arm", None, Screw((0, 0, 1), LEAD))])
-    with pytest.raises((TypeError, ValueError), match="Free|free"):
+    with pytest.raises((TypeError, ValueError), match=r"Free|free"):
         Robot(links, loops=[Loop("arm", None, Free())])
 
 
