@@ -39,6 +39,10 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     Energy balance at these times; None for `newmark`, which has no energies. Dissipation by damping is
 ///     integrated over every step of the run; the energies are computed on first access, with one evaluation
 ///     per time.
+/// evaluations : ndarray of int, shape (m,), or None
+///     Evaluations of the residual up to each of these times (explicit methods: of the forward dynamics): ``numpy.diff`` of it shows
+///     where a run does its work, such as at first contacts. Those of the run that is returned, of method 'auto' without its trials.
+///     None for `newmark` and for loaded results.
 /// model : Model or None
 ///     The simulated model. Method 'auto' may replace the given one by one with more quadrature nodes. None
 ///     for `newmark`.
@@ -80,6 +84,8 @@ pub(crate) struct PyMotionResult {
     /// Computed on first access if the method does not solve for accelerations.
     a: PyOnceLock<ReadOnly<PyArray2<f64>>>,
     #[pyo3(get)]
+    evaluations: Option<ReadOnly<PyArray1<i64>>>,
+    #[pyo3(get)]
     stats: Py<PyStatistics>,
     #[pyo3(get)]
     success: bool,
@@ -106,8 +112,21 @@ impl PyMotionResult {
         slack: &[Slack],
         model: Option<Py<PyModel>>,
     ) -> PyResult<Self> {
-        let Simulation { t, q, v, a, u, n, flow, statistics, status, mut message, doubt, deepest } =
-            simulation;
+        let Simulation {
+            t,
+            q,
+            v,
+            a,
+            u,
+            n,
+            evaluations,
+            flow,
+            statistics,
+            status,
+            mut message,
+            doubt,
+            deepest,
+        } = simulation;
         for slack in slack {
             message = format!("{message} {}", slack.sentence());
         }
@@ -126,6 +145,7 @@ impl PyMotionResult {
             v: rows(v)?,
             u: array(u, inputs)?,
             a: known,
+            evaluations: model.as_ref().map(|_| counted(py, evaluations)).transpose()?,
             stats: Py::new(py, PyStatistics(statistics))?,
             success: status.is_success(),
             status: status.name().to_owned(),
@@ -198,6 +218,7 @@ impl PyMotionResult {
             v,
             u,
             a,
+            evaluations,
             stats,
             success,
             status,
@@ -213,12 +234,12 @@ impl PyMotionResult {
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
         record::reduce_to::<Self>(
             py,
-            (states, flow, (stats, *success, status, message, slack, doubt), model, deepest),
+            (states, flow, (stats, *success, status, message, slack, doubt), model, deepest, evaluations),
         )
     }
 
     #[staticmethod]
-    #[pyo3(signature = (states, flow, outcome, model, deepest=None))]
+    #[pyo3(signature = (states, flow, outcome, model, deepest=None, evaluations=None))]
     #[allow(clippy::type_complexity, reason = "the parts of a result")]
     fn _restore(
         py: Python<'_>,
@@ -227,6 +248,7 @@ impl PyMotionResult {
         outcome: (Py<PyStatistics>, bool, String, String, Vec<String>, Option<String>),
         model: Option<Py<PyModel>>,
         deepest: Option<Py<PyOverlap>>,
+        evaluations: Option<Vec<usize>>,
     ) -> PyResult<Self> {
         let t = convert::vector(states.0.bind(py), "t")?;
         let n = states.1.bind(py).cast::<PyArray2<f64>>()?.dims()[1];
@@ -251,6 +273,8 @@ impl PyMotionResult {
         let of_model =
             model.as_ref().map_or(inputs, |model| model.get().look(|model| model.facts().inputs()));
         check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
+        let counted_states = evaluations.as_ref().map_or(t.len(), Vec::len);
+        check.require(counted_states == t.len(), "evaluations", counted_states, "one for each time");
         check.finish().or_raise()?;
         let (stats, success, status, message, slack, doubt) = outcome;
         let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
@@ -262,6 +286,7 @@ impl PyMotionResult {
             v,
             u,
             a,
+            evaluations: evaluations.map(|evaluations| counted(py, evaluations)).transpose()?,
             stats,
             success,
             status,
@@ -278,6 +303,12 @@ impl PyMotionResult {
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.model)
     }
+}
+
+/// Numbers of evaluations as an array.
+fn counted(py: Python<'_>, evaluations: Vec<usize>) -> PyResult<ReadOnly<PyArray1<i64>>> {
+    let numbers: Vec<i64> = evaluations.into_iter().map(|number| number as i64).collect();
+    ReadOnly::new(numbers.into_pyarray(py))
 }
 
 /// Cost of a run. Counters that do not apply to the method are zero.

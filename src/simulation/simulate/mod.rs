@@ -74,6 +74,8 @@ pub struct Simulation {
     pub u: Vec<f64>,
     /// Number of coordinates n.
     pub n: usize,
+    /// Evaluations of the residual up to each of these times, of explicit methods those of the forward dynamics; empty without a model.
+    pub evaluations: Vec<usize>,
     /// Energy flow out of and into the motion up to each time, integrated along the run.
     pub flow: Flow,
     /// Counts of steps, iterations and evaluations.
@@ -121,6 +123,8 @@ impl Simulation {
             keep(values, n);
         }
         keep(&mut self.u, inputs);
+        let mut are_kept = is_kept.iter();
+        self.evaluations.retain(|_| are_kept.next() == Some(&true));
         for values in [&mut self.t, &mut self.flow.dissipated, &mut self.flow.work] {
             keep(values, 1);
         }
@@ -358,7 +362,7 @@ impl Simulation {
     /// Final state and records of a run.
     fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
         let Runner { mut run, recorder, meter, watch, stop, deepest, .. } = runner;
-        let Recorder { t, q, v, a, u, .. } = recorder;
+        let Recorder { t, q, v, a, u, evaluations, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
@@ -381,6 +385,7 @@ impl Simulation {
             a: run.knows_accelerations().then_some(a),
             u,
             n: q0.len(),
+            evaluations,
             flow,
             statistics: Statistics { counters: run.counters(), ..Statistics::default() },
             status,
@@ -422,6 +427,7 @@ impl From<second_order::Solution> for Simulation {
             a: Some(a),
             u: Vec::new(),
             n,
+            evaluations: Vec::new(),
             flow: Flow::default(),
             statistics: Statistics { counters, ..Statistics::default() },
             status: Status::SecondOrder(status),

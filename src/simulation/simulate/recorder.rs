@@ -16,6 +16,8 @@ pub(super) struct Recorder<'a> {
     pub(super) a: Vec<f64>,
     /// Inputs from each of these times on.
     pub(super) u: Vec<f64>,
+    /// Evaluations of the residual up to each of these times.
+    pub(super) evaluations: Vec<usize>,
 }
 
 impl<'a> Recorder<'a> {
@@ -24,7 +26,17 @@ impl<'a> Recorder<'a> {
         let numbers = |n: usize| Vec::with_capacity(points.saturating_mul(n));
         let [t, q, v] = [1, n, n].map(numbers);
         let a = if knows_accelerations { numbers(n) } else { Vec::new() };
-        Self { t_eval, n, knows_accelerations, t, q, v, a, u: numbers(run.inputs().len()) }
+        Self {
+            t_eval,
+            n,
+            knows_accelerations,
+            t,
+            q,
+            v,
+            a,
+            u: numbers(run.inputs().len()),
+            evaluations: Vec::with_capacity(points),
+        }
     }
 
     /// Records the requested states before the current time, and at the current time only if `with_now`,
@@ -67,6 +79,7 @@ impl<'a> Recorder<'a> {
         if matches!(found, Ok(true)) {
             self.t.extend_from_slice(times);
             times.iter().for_each(|_| self.u.extend_from_slice(run.inputs()));
+            self.evaluations.resize(self.t.len(), run.counters().nfev);
         } else {
             [q, v, a].into_iter().for_each(|states| states.truncate(start));
         }
@@ -82,5 +95,6 @@ impl<'a> Recorder<'a> {
             self.a.extend_from_slice(a);
         }
         self.u.extend_from_slice(run.inputs());
+        self.evaluations.push(run.counters().nfev);
     }
 }

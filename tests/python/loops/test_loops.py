@@ -792,3 +792,38 @@ def test_a_start_that_is_moved_to_fit_and_stays_is_not_doubted(method, dt):
         assert "start was moved by" in motion.message
         assert motion.doubt is None
         assert np.abs(motion.v).max() < 1e-9
+
+
+def pinned(names, gravity=9.81, across=0.3):
+    """Rods between two hinges, one beside the other, of different stiffness."""
+    links, loops = [], []
+    for i, name in enumerate(names):
+        young = 1e6 * (2.0 + ord(name[-1]) % 3)
+        wire = lissom.Segment(1.0, 0.01, young, 0.4 * young, 1000.0, {"bend_y": 4})
+        hinge = lissom.Revolute((0, 1, 0))
+        links.append(lissom.Link(name, rod=[wire], joint=hinge, position=(0, across * i, 0)))
+        loops.append(lissom.Loop(name, (None, None, (0.9, across * i, 0)), hinge))
+    return lissom.Robot(links, loops=loops, gravity=(0, 0, -gravity))
+
+
+@pytest.mark.parametrize("method", ["newmark", "radau"])
+def test_rods_that_share_nothing_move_as_each_alone(method):
+    names = ["rod a", "rod b", "rod c", "rod d"]
+    row = pinned(names)
+    q0 = lissom.statics(pinned(names, gravity=30.0)).q
+    options = {"dt": 2e-3} if method == "newmark" else {"rtol": 1e-8, "atol": 1e-10}
+    together = lissom.simulate(row, 0.2, q0=q0, method=method, **options)
+    assert together.success
+    assert np.abs(together.q - q0).max() > 0.1
+    for name in names:
+        own, rod = row.slice(name), pinned([name])
+        alone = lissom.simulate(rod, 0.2, q0=q0[own], method=method, **options)
+        assert_allclose(together.q[-1, own], alone.q[-1], atol=1e-6)
+        for run, robot in ((together, row), (alone, rod)):
+            assert np.abs(robot.loop_gaps(run.q[-1])).max() < 1e-9
+        loop = f"{name} to the world"
+        held, held_alone = (
+            robot.loop_forces(run.q[-1], run.v[-1], run.a[-1], name=loop)
+            for run, robot in ((together, row), (alone, rod))
+        )
+        assert_allclose(held, held_alone, rtol=1e-3, atol=1e-3)

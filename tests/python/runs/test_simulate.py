@@ -1147,3 +1147,29 @@ def test_simulations_and_ensembles_refuse_singular_masses_as_well():
     assert "the mass matrix is singular" in run.message
     many = lissom.simulate_many(gimbal(), 0.1, dt=0.01, q0=[GIMBAL["q0"], [0.3, 0.5, 0.2]])
     assert list(many.status) == ["no_initial_acceleration", "finished"]
+
+
+@pytest.mark.parametrize("method", ["newmark", "radau", "dop853", "auto"])
+def test_evaluations_show_where_a_run_does_its_work(method):
+    ball = lissom.Link("ball", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 0, 1)), position=(0, 0, 0.21))
+    floor = lissom.Contact(lissom.Ball("ball", 0.01), lissom.HalfSpace(), stiffness=1e4, name="floor")
+    robot = lissom.Robot([ball], contacts=[floor])
+    options = {"dt": 2e-3} if method == "newmark" else {}
+    times = np.linspace(0.0, 0.3, 61)
+    found = simulate(robot, 0.3, method=method, t_eval=times, **options)
+    assert found.evaluations.dtype == np.int64
+    assert found.evaluations.shape == times.shape
+    work = np.diff(found.evaluations)
+    assert (work >= 0).all()
+    assert 0 < found.evaluations[-1] <= found.stats.nfev
+    # It lands at 0.2 s.
+    assert work[39:42].max() >= work[5:35].max()
+    copied = pickle.loads(pickle.dumps(found))
+    assert_array_equal(copied.evaluations, found.evaluations)
+
+
+def test_evaluations_of_all_steps_add_up_to_those_of_the_run():
+    found = simulate(pendulum(), 0.1, method="newmark", dt=1e-2, **START)
+    assert len(found.evaluations) == len(found.t) == 11
+    assert found.evaluations[-1] == found.stats.nfev
+    assert not found.evaluations.flags.writeable
