@@ -84,7 +84,6 @@ def chain(links):
 DESCRIPTIONS = {
     "revolute": one_joint({"type": "revolute", "axis": [1, 2, -2], **SPRUNG}),
     "prismatic": one_joint({"type": "prismatic", "axis": [1, 2, -2], **SPRUNG}),
-    "screw": one_joint({"type": "screw", "axis": [1, 2, -2], "lead": 0.7, **SPRUNG}),
     "cylindrical": one_joint({"type": "cylindrical", "axis": [1, 2, -2]}),
     "universal": one_joint({"type": "universal", "axis1": [1, 0, 0], "axis2": [1, 2, 0]}),
     "planar": one_joint({"type": "planar", "normal": [1, 2, -2]}),
@@ -171,6 +170,7 @@ DESCRIPTIONS = {
             ]
         )
     },
+    "screw": one_joint({"type": "screw", "axis": [1, 2, -2], "lead": 0.7, **SPRUNG}),
 }
 
 

@@ -1151,7 +1151,9 @@ def test_simulations_and_ensembles_refuse_singular_masses_as_well():
 
 @pytest.mark.parametrize("method", ["newmark", "radau", "dop853", "auto"])
 def test_evaluations_show_where_a_run_does_its_work(method):
-    ball = lissom.Link("ball", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 0, 1)), position=(0, 0, 0.21))
+    ball = lissom.Link(
+        "ball", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 0, 1)), position=(0, 0, 0.21)
+    )
     floor = lissom.Contact(lissom.Ball("ball", 0.01), lissom.HalfSpace(), stiffness=1e4, name="floor")
     robot = lissom.Robot([ball], contacts=[floor])
     options = {"dt": 2e-3} if method == "newmark" else {}
