@@ -1,4 +1,4 @@
-//! Shapes whose rotation vectors live on the group of rotations, for searches among shapes.
+//! Steps in the coordinates of a shape with rotation vectors as rotations of the body, for searches among shapes.
 //!
 //! A step d is added to a coordinate; for a rotation vector v it is a turn about the axes of the body, `R <- R
 //! exp(d)` with `R = exp(v)`. To first order `dv = U(v) d` with `U = 1 + [v] / 2 + (1 / t^2 - (1 + cos t) / (2 t sin t))
@@ -119,10 +119,9 @@ pub fn hessian(first: &[usize], q: &[f64], gradient: &[f64], tangent: &mut Matri
     }
 }
 
-/// What a tangent `dr/dv` of forces r along the coordinates of a rotation vector has to be changed by to be that of moments,
-/// `U'^-1 d(U' r)/dv`: increments of Newton's method are then those for the moments `U' r`. Both agree where r vanishes. Elsewhere
-/// r times the curvature of the coordinates can be far more than the derivative of what acts about an axis of small inertia. Zero
-/// where U is singular.
+/// Correction of a tangent `dr/dv` of forces r along the coordinates of a rotation vector to `U'^-1 d(U' r)/dv`, with which Newton's
+/// method solves for the moments `U' r`. Zero where r vanishes. Elsewhere r times the curvature of the coordinates can far exceed
+/// the derivative of the moment about an axis of small inertia. Zero also where U is singular.
 pub fn correction_for_moments(v: [f64; 3], forces: [f64; 3]) -> [[f64; 3]; 3] {
     let transposed = Matrix3::from(rate_matrix(v));
     let slopes = moment_of_rotation_vector_slopes(v.into(), forces.into()).map(Vector::to_array);

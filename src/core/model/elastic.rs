@@ -13,17 +13,17 @@ pub trait Elastic: Dynamics {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
 
     /// Generalised forces, n x 3, of the weight and the loads if all of them acted along the first, second or third axis of the
-    /// base: what they could do in a shape, whatever their directions are. `borne` is what those that joints bear could do if they
-    /// pointed along these coordinates about the origin of the base: a joint's own force is a small difference of such products.
+    /// base: their magnitudes in a shape, whatever their directions are. `borne` gets the magnitudes of the constraint wrenches of
+    /// joints about the origin of the base, projected on their coordinates: a joint's own force is a small difference of such products.
     fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]);
 
-    /// Sizes of the coordinates in a shape, all > 0: of steps that change a lot, in which rotations are turns. One radian of what a
-    /// coordinate turns most; where it only shifts something, a strain of one, or the extent of what it shifts. No
-    /// part that a coordinate does not move has a say. Allocates; not for step loops.
+    /// Sizes of the coordinates in a shape, all > 0: a step of this size turns something by one radian; if a coordinate only shifts
+    /// parts, it is a strain of one, or the extent of these parts. Parts that a coordinate does not move have no influence.
+    /// Rotation vectors are measured as turns. Allocates; not for step loops.
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]);
 }
 
-/// Springs of a model to the world, and its tendons of a commanded length, whose forces statics takes for unknowns of their own.
+/// Springs of a model to the world, and its tendons of a commanded length. Statics treats their forces as separate unknowns.
 pub trait Sprung: Elastic {
     /// Springs in a shape, with their forces there. Costs several evaluations of the forces per spring; not
     /// for step loops.

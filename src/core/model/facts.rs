@@ -1,4 +1,4 @@
-//! What is known of a model before a run, and does not change during it.
+//! Properties of a model that do not change during a run.
 
 use super::SectionPlace;
 use crate::error::InvalidInput;
@@ -28,31 +28,31 @@ pub struct Facts {
     /// Index of the first component of each rotation vector among the coordinates. Integrators and their results keep rotation
     /// vectors no longer than pi.
     pub rotation_vectors: Vec<usize>,
-    /// The numbers of coordinates, one after another, of parts that move by themselves unless something couples them, such as
-    /// contact: most pairs of them are not coupled by the tangent. Empty where all is one.
+    /// Numbers of coordinates of consecutive parts that move independently unless contacts or loops couple them, so that the tangent
+    /// is block-sparse. Empty for a single part.
     pub parts: Vec<usize>,
     /// Whether a finite number of modes approximates infinitely many.
     pub is_discretised: bool,
-    /// For each constraint what its gap is compared with, > 0, in its unit: the length of what the constraint joins, or one for
-    /// differences of cosines and for angles. The same in all shapes. As many as there are constraints.
+    /// Typical size of each constraint's gap, > 0, in its unit: the length of the joined parts, or one for differences of cosines
+    /// and for angles. The same in all shapes. One for each constraint.
     pub gap_sizes: Vec<f64>,
-    /// Whether the last constraints hold one way only: `g <= 0` with non-negative multipliers. Those that do not act have zero
-    /// gaps, zero rows of the Jacobian and zero multipliers.
+    /// Whether the last constraints are one-sided: `g <= 0` with non-negative multipliers. Inactive ones have zero gaps, zero rows
+    /// of the Jacobian and zero multipliers.
     pub is_one_sided: bool,
     /// Whether the model has contacts, whose forces set in abruptly, so that very fast vibrations must be damped.
     pub has_contact: bool,
     /// Whether rods take part in contacts: their impacts last as long as waves along them, and there are many of them.
     pub has_rods_in_contact: bool,
-    /// Whether a joint has stops, or a tendon has a stiffness and can become slack: springs that act one way only.
+    /// Whether a joint has stops, or a tendon has a stiffness and can become slack: one-sided springs.
     pub has_stops: bool,
     /// Whether some forces act only in part of the state space: contacts, joint stops, slack tendons, saturated motors.
     pub has_one_sided_forces: bool,
-    /// Whether tendons rub where they bend: how much is lost by that depends on the way, so that such forces have no potential.
+    /// Whether tendons have friction in bends: its work depends on the path, so that such forces have no potential.
     pub has_tendon_friction: bool,
-    /// Whether joints, tendons or contacts rub: dry friction, whose forces change within a small velocity from one side to the other.
+    /// Whether joints, tendons or contacts have dry friction, whose forces change sign within a small range of velocities.
     pub has_dry_friction: bool,
-    /// In seconds, the time in which a body gains by the weight that friction at rest holds the velocity over which that friction falls; infinite
-    /// without contacts with static friction, and without weight.
+    /// Time in seconds in which the weight that static friction holds accelerates a body to the velocity at which that friction has
+    /// fallen; infinite without weight or contacts with static friction.
     pub sticking_time: f64,
     /// Whether forces other than material damping depend on velocities: drag, a current, a moving base. The
     /// stability of an equilibrium then follows from the whole linearised motion, because a current adds an
@@ -62,7 +62,7 @@ pub struct Facts {
     pub is_damped: bool,
     /// False if [`Dynamics::supplied_power`](super::Dynamics::supplied_power) is always zero, so that a run need not integrate it.
     pub is_driven: bool,
-    /// Whether the base or coordinates move as functions of time prescribe.
+    /// Whether the base or coordinates have prescribed motions.
     pub is_carried: bool,
     /// Whether the model depends on time explicitly, so that [`InTime::set_time`](super::InTime::set_time) must be called before
     /// any evaluation.
@@ -86,7 +86,7 @@ pub struct Facts {
 }
 
 impl Facts {
-    /// Coordinates up to which steps are compiled for each number of them. With more, the model takes most of a step.
+    /// Up to this number of coordinates, steps are compiled separately for each number. With more, the model takes most of the time.
     pub const MOST_PLAIN: usize = 4;
 
     /// Facts of a model of `n` coordinates and a `length` in metres, whose generalised force is a smooth function of coordinates,
@@ -126,8 +126,8 @@ impl Facts {
         }
     }
 
-    /// Facts of `n` equations of motion of which only the number is known: [`Facts::smooth`] of a length of one, but what large
-    /// changes of the displacements are is unknown.
+    /// Facts of `n` equations of motion of which only the number is known: [`Facts::smooth`] of length one, with unknown typical
+    /// coordinates.
     pub fn of_equations(n: usize) -> Self {
         Self { typical_coordinates: vec![0.0; n], ..Self::smooth(n, 1.0) }
     }
@@ -142,8 +142,8 @@ impl Facts {
         self.default_inputs.len()
     }
 
-    /// What steps have to look after beside coordinates, in words: constraints, contact, rotation vectors that become too long, and
-    /// what varies in time, whose corners end steps. Steps ask a model for none of it where this is empty.
+    /// Names of what steps handle beside coordinates: constraints, contact, rotation vectors that become too long, and functions of
+    /// time, whose corners end steps. If empty, steps skip all of it.
     pub fn watched(&self) -> Vec<&'static str> {
         let all = [
             (self.constraints() > 0, "closed loops or tendons that do not stretch"),
@@ -154,8 +154,8 @@ impl Facts {
         all.into_iter().filter(|(is_there, _)| *is_there).map(|(_, what)| what).collect()
     }
 
-    /// Whether fixed steps take the short way: few coordinates, and nothing to [look after](Self::watched). Decided once, before
-    /// the first step.
+    /// Whether fixed steps use the short loop: few coordinates, and nothing else to [handle](Self::watched). Decided once, before the
+    /// first step.
     pub fn has_plain_steps(&self) -> bool {
         (1..=Self::MOST_PLAIN).contains(&self.n) && self.watched().is_empty()
     }

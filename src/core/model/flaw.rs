@@ -1,6 +1,6 @@
 //! Invalid shapes.
 
-/// One of the radii of two surfaces. Surfaces that are not round have none.
+/// A radius of two surfaces in contact. Surfaces that are not round have none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Radius {
     /// The smaller radius. Surfaces count as sunk beyond an overlap of this size.
@@ -8,7 +8,7 @@ pub enum Radius {
     /// The larger radius. Beyond an overlap of this size on a straight path, surfaces may be pushed out on
     /// either side.
     Larger,
-    /// The smaller radius, of which a small part counts: whether surfaces touch on the way.
+    /// A small part of the smaller radius: whether surfaces touch on the way.
     Touching,
 }
 

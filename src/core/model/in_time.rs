@@ -21,13 +21,13 @@ pub trait InTime: Dynamics {
     fn input_tangent(&mut self, q: &[f64], qd: &[f64], qdd: &[f64], tangent: &mut Matrix);
 }
 
-/// Edges of what moves a model as functions of time tell: prescribed motions, loads and commands.
+/// Corners and jumps of the functions of time that drive a model: prescribed motions, loads and commands.
 pub trait Excitation: InTime {
     /// Latest end of a step from `t` that cannot miss a feature of the excitation: adaptive methods end a
     /// step there. Infinite without excitation, or if nothing is known about it.
     fn horizon(&self, t: f64) -> f64;
 
-    /// From now on, adaptive methods end steps at these increasing times, too: of jumps that functions of time do not tell.
+    /// From now on, adaptive methods also end steps at these increasing times, for jumps that functions of time do not declare.
     fn end_steps_at(&mut self, times: &[f64]);
 
     /// The next time at which a step of fixed size must end, because the excitation has a corner there that the
@@ -38,30 +38,30 @@ pub trait Excitation: InTime {
     /// tables that are narrower than the rounding of the times of such steps count as jumps.
     fn set_steps(&mut self, dt: f64);
 
-    /// What prescribed motions, loads and commands may let jump at some time.
+    /// Which quantities prescribed motions, loads and commands may make jump at some time.
     fn jumps(&self) -> Jumps;
 
-    /// The time at which a prescribed velocity or acceleration, a load or a command jumps, if that is `t`, but for rounding. Until
-    /// [`Self::pass_jump`] is called, models evaluated at that time have those before the jump.
+    /// The time at which a prescribed velocity or acceleration, a load or a command jumps, if that is `t` up to rounding. Until
+    /// [`Self::pass_jump`] is called, evaluations at that time use the values before the jump.
     fn jump_near(&self, t: f64) -> Option<f64>;
 
     /// Like [`InTime::set_time`], with the change of prescribed velocities at this time added to prescribed
     /// accelerations.
     fn set_time_in_jump(&mut self, t: f64) -> Result<(), Interrupted>;
 
-    /// From now on, what jumps at this time, but for rounding, is as it is after the jump.
+    /// From now on, functions that jump at this time, up to rounding, have their values after the jump.
     fn pass_jump(&mut self, t: f64);
 
-    /// A motion starts at this time: accelerations of functions that jump here are those after the jump. Tables, which know
-    /// their jumps, are still before theirs.
+    /// A motion starts at this time: accelerations of functions that jump here are those after the jump. Tables, whose jumps are
+    /// explicit, are still before theirs.
     fn start_at(&mut self, t: f64) {
         if self.jump_near(t).is_none() {
             self.pass_jump(t);
         }
     }
 
-    /// From now on, velocities of prescribed motions are their means over so many seconds up to a time, without accelerations, as are those
-    /// of coordinates in steps without inertia; zero for those at that time.
+    /// From now on, velocities of prescribed motions are their means over this many seconds up to the time, without accelerations,
+    /// like those of coordinates in quasi-static steps; zero selects instantaneous velocities.
     fn mean_rates_over(&mut self, seconds: f64);
 
     /// From now on, loads are those of earlier times by `lag` seconds, and everything else as before. False if no load varies in

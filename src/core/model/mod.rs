@@ -69,16 +69,16 @@ pub struct SectionPlace {
 /// respect to the entries of such a matrix.
 pub type InertiaMatrix = [[f64; 6]; 6];
 
-/// What equilibria, vibrations and constraints ask of a model. Whatever has these traits is one.
+/// The traits that equilibria, vibrations and constraints need; implemented for every type that has them.
 pub trait Static: Dynamics + InTime + Sprung + Tied + OneSided + InContact {}
 
 impl<M: Dynamics + InTime + Sprung + Tied + OneSided + InContact> Static for M {}
 
-/// A model of which everything can be computed: motions, to an accuracy too, their derivatives, equilibria and vibrations.
-/// Whatever has these traits is one.
+/// A model with all computations: motions, also to a requested accuracy, their derivatives, equilibria and vibrations. Implemented
+/// for every type that has these traits.
 ///
-/// A model of one's own implements [`Dynamics`] and [`Elastic`]. An empty line each says that it is [`Autonomous`] and [`Smooth`], or it
-/// has the traits that these stand for.
+/// A model of one's own implements [`Dynamics`] and [`Elastic`], and either [`Autonomous`] and [`Smooth`] by one empty line each, or the
+/// traits that these stand for.
 pub trait Model: Static + Excitation + InImpact + Differentiable + Refinable {}
 
 impl<M: Static + Excitation + InImpact + Differentiable + Refinable> Model for M {}

@@ -1,17 +1,17 @@
-//! Detection of surfaces and stops that are met during a step, unseen at its ends.
+//! Detection of contacts and stops that act within a step but at neither of its ends.
 
 use super::{Model, Radius, Static};
 use crate::error::Interrupted;
 use crate::numerics::hermite;
 
-/// What a motion has at a time.
+/// Energies and supplied power of a motion at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Holding {
-    /// All its energy, in joules.
+    /// Total energy, in joules.
     pub total: f64,
-    /// The kinetic part of it.
+    /// Kinetic energy.
     pub kinetic: f64,
-    /// The elastic part, that of overlaps included.
+    /// Elastic energy, including that of overlaps.
     pub elastic: f64,
     /// The power that loads without a potential supply, in watts.
     pub supplied: f64,
@@ -32,19 +32,19 @@ pub struct Impact {
     pub longest: f64,
 }
 
-/// How surfaces that meet, or are pressed, part again in steps of one size.
+/// How touching surfaces separate again, with steps of one size.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Parting {
-    /// For how many steps they do at most: zero if none do, infinite if nothing presses them together.
+    /// Largest number of steps until they touch again: zero if none separate, infinite if nothing presses them together.
     pub flight: f64,
-    /// How long the shortest of these impacts takes, in seconds; zero if there are none.
+    /// Duration of the shortest of these impacts, in seconds; zero if there are none.
     pub impact: f64,
-    /// The highest speed with which they do, in metres a second.
+    /// Highest speed of separation, in metres per second.
     pub speed: f64,
 }
 
 impl Parting {
-    /// That of both.
+    /// The extremes of two sets of surfaces.
     pub fn and(self, other: Self) -> Self {
         let impact = if self.impact == 0.0 || other.impact == 0.0 {
             self.impact.max(other.impact)
@@ -55,7 +55,7 @@ impl Parting {
     }
 }
 
-/// What a gain of energy is compared with.
+/// Reference for a gain of energy.
 #[derive(Clone, Copy, Debug)]
 pub enum Beside {
     /// The kinetic energy.
@@ -67,7 +67,7 @@ pub enum Beside {
 /// Surfaces may overlap within a step by this part of the model's length without being seen.
 const SHALLOW: f64 = 1e-4;
 
-/// Shapes within a step that are looked at, at most.
+/// Maximum number of shapes that are tested within a step.
 const MOST_LOOKS: usize = 256;
 
 /// Whether surfaces of a model pass through each other along a path given by times and shapes.
@@ -91,7 +91,7 @@ pub fn have_tunnelled<'a, M: Static + ?Sized>(
 /// model; far below the tolerances of methods.
 const MISSED: f64 = 1e-9;
 
-/// Parts of a step at whose ends stops are looked at: the way to a stop and back bends once.
+/// Number of parts of a step at whose ends stops are tested: a path to a stop and back has one extremum.
 const LOOKS_AT_STOPS: usize = 8;
 
 /// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times,
@@ -110,7 +110,7 @@ fn have_met_stops<M: Model + ?Sized>(
     memory.resize(ends[0].len(), 0.0);
     for (look, beyond) in looks.iter_mut().enumerate() {
         let x = look as f64 / LOOKS_AT_STOPS as f64;
-        // Methods go on from the end, at its own time.
+        // Methods continue from the end of the step, at its exact time.
         let t = if look == LOOKS_AT_STOPS { t_new } else { t + x * h };
         hermite::cubics(x, h, ends, rates, memory);
         model.set_time(t)?;
@@ -129,11 +129,11 @@ fn highest([before, here, after]: [f64; 3]) -> f64 {
     if bend > slope.abs() { here + 0.5 * slope * slope / bend } else { before.max(after) }
 }
 
-/// Whether surfaces touch within a step between these times, displacements and rates although they do at neither end, as those of a
-/// body that is thrown against a ceiling and falls back, or grazes a corner.
+/// Whether surfaces touch within a step between these times, displacements and rates although they do at neither end: a body that
+/// is thrown against a ceiling and falls back, or grazes a corner.
 ///
-/// The motion bends away from the straight way between two of m looks by the m-th part squared of what it does in the whole
-/// step: there are as many looks as make this shallow. `memory` is any vector, kept to save allocations.
+/// The step is tested along m straight parts. The motion deviates from each by `1/m^2` of its deviation over the whole step; m makes
+/// this [`SHALLOW`]. `memory` is any vector, kept to save allocations.
 fn have_touched<M: Model + ?Sized>(
     model: &mut M,
     [t, t_new]: [f64; 2],
@@ -157,7 +157,7 @@ fn have_touched<M: Model + ?Sized>(
         let is_end = look == looks;
         model.set_time(if is_end { t_new } else { t + x * h })?;
         let there = if is_end { ends[1] } else { &*q };
-        // Nothing passes half-spaces: they are touched first at the ends of a straight way.
+        // A half-space is touched first at an end of a straight path, so overlaps there suffice.
         has_touched = model.have_tunnelled(there, Radius::Touching) || !is_end && model.overlaps(there);
         if has_touched {
             break;
@@ -175,13 +175,13 @@ fn have_touched<M: Model + ?Sized>(
     Ok(true)
 }
 
-/// Whether a step can miss anything.
+/// Whether the model has contacts or stops that a step can miss.
 pub fn may_miss<M: Model + ?Sized>(model: &M) -> bool {
     model.facts().has_contact || model.facts().has_stops
 }
 
-/// Whether surfaces pass through each other, or touch and part again, or stops are passed, within a step along these times and shapes,
-/// unseen at its ends, where the velocities are `rates`. `memory` is any vector, kept to save allocations.
+/// Whether surfaces pass through each other, or touch and separate, or stops are reached, within a step along these times and shapes
+/// but at neither end, where the velocities are `rates`. `memory` is any vector, kept to save allocations.
 pub fn have_missed<M: Model + ?Sized>(
     model: &mut M,
     way: &[(f64, &[f64])],

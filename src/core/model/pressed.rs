@@ -1,5 +1,5 @@
-//! What takes part in an impact: the parts of a model that surfaces press. Others, whatever they weigh and however fast they move,
-//! are no measure of what it loses.
+//! The parts of a model on which contact forces act in an impact. The energy that an impact loses is measured relative to theirs,
+//! whatever else moves.
 
 use super::{Energy, Model};
 
@@ -8,18 +8,18 @@ use super::{Energy, Model};
 pub struct Pressed {
     with: Vec<f64>,
     without: Vec<f64>,
-    /// For each coordinate whether it takes part; empty where all is one.
+    /// Whether each coordinate belongs to a part under contact forces; empty for a model of a single part.
     takes_part: Vec<bool>,
     q: Vec<f64>,
     v: Vec<f64>,
 }
 
 impl Pressed {
-    /// Finds what takes part in a motion in which surfaces touch, at the time that is set.
+    /// Finds these parts in a motion in which surfaces touch, at the time that is set.
     pub fn find<M: Model + ?Sized>(&mut self, model: &mut M, [q, v, a]: [&[f64]; 3]) {
         self.takes_part.clear();
         let facts = model.facts();
-        // Constraints pass an impact on to other parts.
+        // Constraints transmit an impact to other parts.
         if facts.parts.len() < 2 || facts.constraints() > 0 {
             return;
         }
@@ -32,7 +32,7 @@ impl Pressed {
         model.inverse_dynamics(q, v, a, &mut self.with);
         for &size in &model.facts().parts {
             let part = self.takes_part.len()..self.takes_part.len() + size;
-            // The same numbers, bit for bit, of what no contact acts on.
+            // Forces of parts without contact agree bit for bit.
             let is_pressed = self.with[part.clone()] != self.without[part];
             self.takes_part.resize(self.takes_part.len() + size, is_pressed);
         }
@@ -41,7 +41,7 @@ impl Pressed {
         }
     }
 
-    /// The kinetic energy of what takes part, in a state that has this kinetic energy as a whole.
+    /// The kinetic energy of these parts in a state; `whole` is that of the model.
     pub fn kinetic<M: Model + ?Sized>(&mut self, model: &mut M, [q, v]: [&[f64]; 2], whole: f64) -> f64 {
         if !self.takes_part.contains(&false) {
             return whole;
@@ -53,7 +53,7 @@ impl Pressed {
         kinetic.min(whole)
     }
 
-    /// The energy that what takes part gains between two states, while others stay as they are before; `whole` is that of all.
+    /// The energy that these parts gain between two states, with the others as in the first state; `whole` is the gain of all.
     pub fn gain<M: Model + ?Sized>(
         &mut self,
         model: &mut M,

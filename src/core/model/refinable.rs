@@ -2,7 +2,7 @@
 
 use super::Dynamics;
 
-/// What strains that a finite number of modes leaves out of a shape would cause.
+/// Effects of the strains that a finite number of modes leaves out of a shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MissingStrain {
     /// Largest displacement of anything, to first order, in metres.
@@ -12,9 +12,9 @@ pub struct MissingStrain {
     /// Largest moment of the material, in newton metres.
     pub moment: f64,
     /// Largest rotation of a rod in that shape between neighbouring quadrature nodes, in radians: where it is large,
-    /// integrals have errors that no balance shows.
+    /// integrals have errors that the balance of forces does not show.
     pub turn: f64,
-    /// The segment, counted through all rods, that displaces most what is displaced farthest, and its strain that stores most
+    /// The segment, counted through all rods, that contributes most to the largest displacement, and its strain that stores most
     /// energy, by its index in [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES).
     pub segment: usize,
     /// See `segment`.
@@ -42,21 +42,21 @@ pub trait Refinable: Dynamics {
     where
         Self: Sized;
 
-    /// The same system and coordinates with so many times the inertia under the same forces, weight among them; `None` if it cannot be
-    /// told.
+    /// The same system and coordinates with `factor` times the inertia under the same forces, weight included; `None` if not
+    /// available.
     fn with_inertia_times(&self, factor: f64) -> Option<Self>
     where
         Self: Sized;
 
-    /// The strains that the finite number of modes leaves out of a shape at rest, by the balance of the forces in that shape;
-    /// joints and forces stay as they are. Strains without modes are none of them. `None` for a system without rods.
-    /// Costs little more than an evaluation of the forces. Allocates.
+    /// The strains that the finite number of modes leaves out of a shape at rest, from the balance of the forces in that shape with
+    /// fixed joints and forces. Strains without modes do not count. `None` for a system without rods. Costs little more than an
+    /// evaluation of the forces. Allocates.
     fn missing_strain(&mut self, q: &[f64]) -> Option<MissingStrain>;
 
-    /// The same of the strains by which these coordinates differ from zero, in a shape; joints stay as they are. Allocates.
+    /// The effect of the strains of these coordinates in a shape, with fixed joints. Allocates.
     fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> Option<MissingStrain>;
 
-    /// Adds the positions of many sections of all rods, in metres and always the same ones.
+    /// Adds the positions of a fixed set of many sections of all rods, in metres.
     fn outline(&mut self, q: &[f64], positions: &mut Vec<[f64; 3]>);
 
     /// A segment, counted through all rods, in words for messages.

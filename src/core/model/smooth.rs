@@ -1,4 +1,4 @@
-//! Words for what a model of one's own does not have.
+//! Marker traits for models of one's own without time dependence, constraints, contacts and so on.
 
 use super::{
     Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
@@ -11,15 +11,15 @@ use crate::model::springs::{Cords, Springs};
 use crate::numerics::linalg::Matrix;
 
 /// A model that depends on neither time nor inputs, and has no rods by whose parameters runs are differentiated: it is [`InTime`] and
-/// [`Differentiable`] without any work. Such [`Facts`](super::Facts) are those of [`smooth`](super::Facts::smooth).
+/// [`Differentiable`] by default. Its [`Facts`](super::Facts) are those of [`smooth`](super::Facts::smooth).
 pub trait Autonomous: Dynamics {}
 
 /// A model without constraints, contacts, stops, springs to the world, tendons and an adjustable discretisation, whose forces have no
 /// corners in time either: it is [`Tied`], [`OneSided`], [`InContact`], [`InImpact`], [`Sprung`], [`Excitation`] and [`Refinable`]
-/// without any work. Such [`Facts`](super::Facts) are those of [`smooth`](super::Facts::smooth).
+/// by default. Its [`Facts`](super::Facts) are those of [`smooth`](super::Facts::smooth).
 pub trait Smooth: Dynamics {}
 
-/// A model without constraints: it is [`Tied`] without any work.
+/// A model without constraints: it is [`Tied`] by default.
 pub trait Untied: Dynamics {}
 
 impl<M: Smooth> Untied for M {}

@@ -44,8 +44,8 @@ pub struct Cords {
     pub spans: Vec<f64>,
     /// Derivatives of the excesses with respect to the coordinates, m x n.
     pub jacobian: Matrix,
-    /// What the ends of the straight parts move relative to each other for a unit change of the coordinates, added up: no less
-    /// than the absolute values of the derivatives; m x n.
+    /// Summed lengths of the relative displacements of the ends of straight parts per unit change of the coordinates: bounds of the
+    /// absolute values of the derivatives; m x n.
     pub reach: Matrix,
 }
 
@@ -76,7 +76,7 @@ impl Springs {
         }
     }
 
-    /// The first ones are those of another list; the rest has no stiffness.
+    /// Starts with the springs of another list; the rest has no stiffness.
     pub fn begin_with(&mut self, first: &Self) {
         let (m, n) = first.jacobian.shape();
         for all in [&mut self.root, &mut self.inverse_root, &mut self.rest] {
@@ -90,7 +90,7 @@ impl Springs {
         self.energy = first.energy;
     }
 
-    /// One of the rest has this stiffness and elongation.
+    /// Sets stiffness and elongation of one of the rest.
     pub fn stretch(&mut self, place: usize, stiffness: f64, elongation: f64) {
         self.forces[place] = -stiffness * elongation;
         self.root[(place, place)] = stiffness.sqrt();

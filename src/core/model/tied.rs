@@ -20,9 +20,9 @@ pub trait Tied: Dynamics {
     /// Adds the constraint forces `G^T lambda` to inverse dynamics and their tangents. Zero initially.
     fn set_multipliers(&mut self, multipliers: &[f64]);
 
-    /// The gaps evaluated last, with the opposite sign for angles between directions that should be the same and are more than a right
-    /// angle apart: towards half a turn these gaps fall, too, although nothing is closed there. Returns by how much the lowest
-    /// cosine of such an angle is below 1; zero if there is none.
+    /// Changes the sign of the gaps evaluated last for directions that should coincide but are more than a right angle apart: such
+    /// gaps fall towards half a turn as well, where nothing is closed. Returns by how much the lowest cosine of such an angle is
+    /// below 1; zero if there is none.
     fn away_from_half_turns(&mut self, gaps: &mut [f64]) -> f64;
 
     /// How far loops are open, g(q): metres, or differences of cosines, or of a coordinate.
@@ -42,8 +42,7 @@ pub trait Tied: Dynamics {
     fn open_loop(&mut self, q: &[f64]) -> Option<Flaw>;
 }
 
-/// Constraints that hold one way only, the last ones of a model ([`is_one_sided`](super::Facts::is_one_sided)), such as tendons that
-/// do not stretch.
+/// One-sided constraints, the last ones of a model ([`is_one_sided`](super::Facts::is_one_sided)): inextensible tendons.
 pub trait OneSided: Dynamics {
     /// Which constraints are active.
     fn held(&self) -> Vec<bool>;
@@ -59,11 +58,11 @@ pub trait OneSided: Dynamics {
     /// negative multiplier, and sets this multiplier to zero.
     fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch;
 
-    /// From now on those hold that do, whatever a shape or multipliers say ([`Self::release_open`] and [`Self::switch`] change
-    /// nothing), or no longer. A method that finds itself when they change keeps them within a step.
+    /// Fixes the active set, so that [`Self::release_open`] and [`Self::switch`] change nothing, or ends that. For methods that locate
+    /// changes of the active set themselves.
     fn keep_held(&mut self, is_kept: bool);
 
-    /// How far those are passed that hold one way only, and the rates of that: whether they hold or not, in units of
-    /// [`gap_sizes`](super::Facts::gap_sizes), to the right of corners in time. Their rows are the last ones. Allocates.
+    /// Violation of every one-sided constraint, active or not, and its rate, in units of [`gap_sizes`](super::Facts::gap_sizes); at
+    /// corners in time, the rate after the corner. Their rows are the last ones. Allocates.
     fn passed(&mut self, q: &[f64], qd: &[f64]) -> Vec<[f64; 2]>;
 }

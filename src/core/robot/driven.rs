@@ -27,7 +27,7 @@ struct Reduction {
     given: Vec<Given>,
     varies_in_time: bool,
     time: f64,
-    /// How prescribed motions are seen.
+    /// How prescribed motions are evaluated.
     sight: Sight,
     /// o and its first two derivatives.
     offset: [Vec<f64>; 3],
@@ -152,7 +152,7 @@ impl Coordinates {
         }
     }
 
-    /// From now on, prescribed velocities are means over so many seconds; see [`Sight`].
+    /// From now on, prescribed velocities are means over this many seconds; see [`Sight`].
     pub(crate) fn mean_rates_over(&mut self, seconds: f64) {
         if let Some(reduction) = &mut self.0 {
             (reduction.sight.mean_over, reduction.time) = (seconds, f64::NAN);
@@ -311,7 +311,7 @@ impl Coordinates {
         forces.iter().zip(&offset[1]).map(|(force, velocity)| force * velocity).sum()
     }
 
-    /// Those of independent coordinates among flags of all. Allocates.
+    /// Selects the flags of independent coordinates. Allocates.
     pub(crate) fn own_of(&self, all: &[bool]) -> Vec<bool> {
         self.0
             .as_ref()

@@ -1,4 +1,4 @@
-//! What is known of a robot before a run.
+//! Facts of a robot: properties that do not change during a run.
 
 use super::description::{Robot, Spans};
 use super::driven::Coordinates;

@@ -1,10 +1,10 @@
-//! Closing: moves a shape until constraints hold, by as little elastic energy as can be.
+//! Closing: moves a shape until constraints hold, with as little elastic energy as possible.
 //!
 //! Steps are those of Gauss and Newton's method, the smallest ones in natural coordinates x, `dq_i = w_i x_i` with `w_i = s_i / sqrt(1
 //! + k_i / e)`: s_i are the sizes of the coordinates ([`sizes`](crate::model::Elastic::sizes)), `k_i = s_i^2 K_ii` twice the elastic
 //! energy of one size, and e is the softest of these among the coordinates that are joined. Bending closes a loop then, not
-//! stretching. Neither masses nor times nor lengths of other parts have a say, and units cancel: gaps are compared with the sizes of
-//! what they are gaps of ([`gap_sizes`](crate::model::Facts::gap_sizes)).
+//! stretching. Masses, times and lengths of other parts have no influence, and units cancel: gaps are compared with the lengths of
+//! the joined parts ([`gap_sizes`](crate::model::Facts::gap_sizes)).
 //!
 //! Each gap counts relative to how fast it can close. Where no motion closes all of them to first order, as on the way to bars that fold
 //! back onto each other, these weights would lead in circles, and gaps count relative to their sizes.
@@ -20,17 +20,17 @@ use crate::numerics::linalg::{Matrix, dot, norm, symmetric_eigen, symmetric_part
 /// Gaps below this part of their sizes are rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// Gaps above this part are not: a shape whose gaps are larger is not closed.
+/// Up to this part of their sizes, gaps count as closed.
 const CLOSED: f64 = 1e-9;
 
 /// The longest step, in sizes of coordinates.
 const LONGEST: f64 = 0.5;
 
-/// It comes nearer while the largest gap falls by this part within so many steps.
+/// The search makes progress while the largest gap falls by this part within [`PATIENCE`] steps.
 const PROGRESS: f64 = 1e-3;
 const PATIENCE: usize = 8;
 
-/// Rows, and directions of rows, that are shorter by this factor than what they are compared with do not move.
+/// Rows, and directions of rows, that are shorter than the largest one by this factor count as zero.
 const RANK: f64 = 1e-9;
 
 /// Gaps are not closed to first order if more than this part of them is left.
@@ -45,7 +45,7 @@ const SOFTEST: f64 = 1e-14;
 /// Buckling modes whose eigenvalues differ by less than this part of the largest one are one: then a fixed direction selects.
 const SAME_MODE: f64 = 1e-6;
 
-/// Of closed shapes, another one is taken if its energy is lower by this part: mirror images, whose starts are so to 1e-8, are equal.
+/// Of closed shapes, another one is taken if its energy is lower by this part: mirror images, whose starts agree to 1e-8, are equal.
 const LOWER: f64 = 1e-6;
 
 /// Where nothing else closes, shapes beside the start are tried that differ by this part of natural sizes.
@@ -60,9 +60,9 @@ struct Ended {
     gap: f64,
 }
 
-/// Moves a shape until constraints hold; those that hold one way only do so where they are not open. Of closed shapes that are
-/// found, the one of least energy. Returns the largest gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes): not
-/// small where constraints conflict or where steps no longer come nearer. Allocates.
+/// Moves a shape until constraints hold, one-sided ones if they are violated. Of the closed shapes found, takes the one of least
+/// energy. Returns the largest remaining gap, in [`gap_sizes`](crate::model::Facts::gap_sizes): not small where constraints conflict
+/// or the search stalls. Allocates.
 pub fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     let gap = find(model, q);
     model.release_open(q, None);
@@ -169,19 +169,19 @@ enum Moves {
     Rigid,
 }
 
-/// Gauss and Newton's method from one shape to the best one on its way, as long as it comes nearer.
+/// Gauss and Newton's method from one shape, as long as the gap falls; returns the best shape found.
 fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) -> Ended {
     let mut gaps = Vec::new();
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);
-    // Shapes that are not resolved, or turned inside out, seem to close what they cannot.
+    // Shapes that are not resolved, or turned inside out, may seem closed.
     while best.gap == f64::INFINITY || model.flaw(&q).is_none() {
         let gap = violated(model, &q, &mut gaps);
         without_progress = if gap < best.gap * (1.0 - PROGRESS) { 0 } else { without_progress + 1 };
         if gap < best.gap {
             (best.gap, best.q) = (gap, q.clone());
         }
-        // Near rounding it no longer falls.
+        // Near rounding the gap no longer falls.
         let has_ended = gap <= ROUNDING || (is_whole && gap < CLOSED && gap > 0.5 * last);
         if has_ended || !gap.is_finite() || without_progress > PATIENCE {
             return best;
@@ -204,8 +204,7 @@ fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) ->
     best
 }
 
-/// Gaps over their sizes, of constraints that hold one way only if they are violated; those hold from then on. Returns the
-/// largest one.
+/// Gaps over their sizes, after activating the violated one-sided constraints. Returns the largest one.
 fn violated<M: Static + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -> f64 {
     let m = model.facts().constraints();
     let rest = vec![0.0; q.len()];
@@ -232,19 +231,19 @@ struct Natural {
     elastic: Vec<f64>,
 }
 
-/// What gaps are relative to in sums of squares.
+/// Weights of gaps in sums of squares.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Relative {
-    /// How fast each of them can close.
+    /// One over how fast each gap can close.
     ToRates,
-    /// Their sizes.
+    /// One over their sizes.
     ToSizes,
 }
 
 /// Derivatives of gaps with respect to natural coordinates, as columns of unit length if gaps are relative to rates, by singular
 /// values that do not count as zero.
 struct Rows {
-    /// What multiplies gaps over their sizes to have columns of unit length; one for those that nothing moves.
+    /// Factors of gaps over their sizes that make columns of unit length; one for gaps that nothing moves.
     factors: Vec<f64>,
     left: Matrix,
     values: Vec<f64>,
@@ -252,12 +251,12 @@ struct Rows {
 }
 
 impl Rows {
-    /// Gaps relative to what these rows are relative to.
+    /// Gaps with the weights of these rows.
     fn scaled(&self, gaps: &[f64]) -> Vec<f64> {
         gaps.iter().zip(&self.factors).map(|(gap, factor)| gap * factor).collect()
     }
 
-    /// The smallest motion that closes as much of these scaled gaps as can be, and what is left of them.
+    /// The smallest motion that closes these scaled gaps as far as possible, and the remaining gaps.
     fn closing(&self, scaled: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (mut x, mut left) = (vec![0.0; self.left.nrows()], scaled.to_vec());
         for (k, value) in self.values.iter().enumerate() {
@@ -351,7 +350,7 @@ impl Natural {
         Some(Rows { factors, left, values: values[..rank].to_vec(), right })
     }
 
-    /// The step that closes gaps to first order. Tendons that it would make too long hold, too.
+    /// The step that closes gaps to first order. Tendons that it would make too long are activated.
     fn closing<M: Static + ?Sized>(&self, model: &mut M, q: &[f64], gaps: &mut [f64]) -> Option<Vec<f64>> {
         loop {
             let rows = self.rows(model, q, Relative::ToRates)?;
@@ -368,7 +367,7 @@ impl Natural {
         }
     }
 
-    /// Holds tendons that are slack and that a step would make too long, to first order; whether there are any.
+    /// Activates slack tendons that a step would make too long, to first order; whether there are any.
     fn holds_more<M: Static + ?Sized>(
         &self,
         model: &mut M,
@@ -438,7 +437,7 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     let (values, modes) = symmetric_eigen(&symmetric_part(&curvature))?;
     let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let lowest = *values.first()?;
-    // In natural coordinates, energies of one coordinate are one: a lower eigenvalue outweighs what is elastic.
+    // In natural coordinates, energies of one coordinate are one: a lower eigenvalue exceeds the elastic energy.
     let least = if counts_all { RANK * largest } else { 1.0 };
     if lowest >= -least || work <= 0.0 {
         return None;
@@ -465,7 +464,7 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     Some(step.into_iter().map(|x| part * x).collect())
 }
 
-/// `sum_i lambda_i grad^2 g_i` along steps: what forces and tangent are more with multipliers than without.
+/// `sum_i lambda_i grad^2 g_i` along steps: the contribution of multipliers to the tangent.
 fn second_derivative<M: Static + ?Sized>(model: &mut M, q: &[f64], multipliers: &[f64]) -> Matrix {
     let n = q.len();
     let (rest, mut without) = (vec![0.0; n], Matrix::zeros(n, n));
@@ -484,7 +483,7 @@ fn second_derivative<M: Static + ?Sized>(model: &mut M, q: &[f64], multipliers: 
     with
 }
 
-/// For each coordinate, the first one of the part that it belongs to: parts that constraints join are one.
+/// For each coordinate, the first coordinate of its part; parts that constraints join count as one.
 fn joined<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Vec<usize> {
     let n = q.len();
     let mut first_of = vec![0; n];

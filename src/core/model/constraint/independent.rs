@@ -2,23 +2,23 @@
 
 use crate::numerics::linalg::{Matrix, dot};
 
-/// A row of which less than this part is left beside the others depends on them: near a singular position rows are kept until
-/// their multipliers lose half of all digits.
+/// A row depends on others if orthogonalisation leaves less than this part of it: near a singular position rows are kept until their
+/// multipliers lose half of all digits.
 const DEPENDENT: f64 = 1e-8;
 
-/// One over the length of a row, zero where that is rounding beside the largest one: nothing moves such a constraint, as those
-/// out of the plane of a mechanism.
+/// One over the length of a row, zero where the length is rounding of the largest one: nothing moves such a constraint, for example
+/// out of the plane of a planar mechanism.
 pub fn inverse_length(length: f64, largest: f64) -> f64 {
     if length > DEPENDENT * largest && length.is_finite() { length.recip() } else { 0.0 }
 }
 
-/// The rows of a matrix that determine the others, with memory for repeated use: Gram and Schmidt's orthogonalisation, the
-/// row first of which most is left (Golub and Van Loan 2013, section 5.4.2, on columns).
+/// A maximal set of independent rows of a matrix, with memory for repeated use: Gram and Schmidt's orthogonalisation with pivoting
+/// by the longest remaining row (Golub and Van Loan 2013, section 5.4.2, on columns).
 #[derive(Clone, Debug)]
 pub struct Independent {
     rows: usize,
     columns: usize,
-    /// Row by row: what is left of them, each of length one at first.
+    /// The remaining part of each row, of length one at first.
     left: Vec<f64>,
     is_independent: Vec<bool>,
     squares: Vec<f64>,
@@ -91,7 +91,7 @@ impl Independent {
         self.is_independent[row]
     }
 
-    /// How many rows these are.
+    /// Number of independent rows.
     pub(crate) fn rank(&self) -> usize {
         self.is_independent.iter().filter(|&&is_independent| is_independent).count()
     }

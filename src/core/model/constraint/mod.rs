@@ -16,11 +16,11 @@ use crate::numerics::linalg::Matrix;
 pub use independent::{Independent, inverse_length};
 pub use saddle::Saddle;
 
-/// A gap that changes by less than this part of its size, where every coordinate moves by its size, does so by rounding.
+/// If every coordinate moves by its size and a gap changes by less than this part of its own size, that change is rounding.
 const UNMOVED: f64 = 1e-12;
 
-/// Sets rows of gaps to zero that coordinates move by rounding alone, such as those out of the plane of a mechanism that is turned.
-/// Divided by their lengths they would count as constraints.
+/// Sets rows of gaps to zero whose entries are rounding, such as rows out of the plane of an inclined planar mechanism. Normalised,
+/// they would count as constraints.
 pub fn forget_unmoved(rows: &mut Matrix, sizes: &[f64], gap_sizes: &[f64]) {
     for (mut row, gap_size) in rows.row_iter_mut().zip(gap_sizes) {
         let square: f64 = row.iter().zip(sizes).map(|(x, size)| (x * size).powi(2)).sum();

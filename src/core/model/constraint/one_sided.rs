@@ -5,31 +5,31 @@ use super::projection;
 use super::saddle::{self, MassSaddle};
 use crate::model::{SingularMass, Static, Switch};
 
-/// In a given state, an inextensible tendon counts as taut if it is shorter than its length by less than this
-/// part of the length of what it joins ([`gap_sizes`](crate::model::Facts::gap_sizes)): more than the error of a method, less than
-/// anyone notices. For the rates of lengths, the same per second.
+/// In a given state, an inextensible tendon counts as taut if it is shorter than commanded by less than this part of the length of
+/// what it joins ([`gap_sizes`](crate::model::Facts::gap_sizes)): above the error of a method, too small to matter. For the rates of
+/// lengths, the same per second.
 pub const TAUT: f64 = 1e-7;
 
-/// A slack tendon becomes taut once it is longer than its length by this part: well above rounding.
+/// A slack tendon becomes taut once it is longer than commanded by this part: well above rounding.
 pub const TAKEN_UP: f64 = 1e-10;
 
-/// At a change, a tendon that shortens by more than this part in a second is slack. Rounding of velocities that
+/// At a change of the active set, a tendon that shortens by more than this part per second is slack. Rounding of velocities that
 /// satisfy the constraints is smaller.
 pub const LEAVES: f64 = 1e-9;
 
-/// A tendon that is shorter by less than this part may be taut at a change, and one that would be taut again
-/// before it is shorter by more stays taut. Well above [`TAKEN_UP`].
+/// At a change of the active set, a tendon that is shorter by less than this part may be taut, and one that would be taut again
+/// before it becomes shorter than that stays taut. Well above [`TAKEN_UP`].
 const SHOWS: f64 = 10.0 * TAKEN_UP;
 
-/// Switches that are tried for every constraint until it is clear which of them hold.
+/// Switches of the active set that are tried per constraint.
 const SWITCHES: usize = 4;
 
-/// How many switches are tried.
+/// Number of switches of the active set that are tried.
 pub fn most_switches(constraints: usize) -> usize {
     SWITCHES * (constraints + 1)
 }
 
-/// Accelerations and multipliers ([`saddle::accelerations`]) of those that hold in a state. Allocates.
+/// Accelerations, and multipliers of the active constraints, in a state ([`saddle::accelerations`]). Allocates.
 pub fn accelerations<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
@@ -43,7 +43,7 @@ pub fn accelerations<M: Static + ?Sized>(
     })
 }
 
-/// What holds the constraints in a motion ([`saddle::multipliers`]). Allocates.
+/// Multipliers of the active constraints in a motion ([`saddle::multipliers`]). Allocates.
 pub fn multipliers<M: Static + ?Sized>(
     model: &mut M,
     state: [&[f64]; 3],
@@ -54,7 +54,7 @@ pub fn multipliers<M: Static + ?Sized>(
     until_settled(model, q, multipliers, |model, multipliers| saddle::multipliers(model, state, multipliers))
 }
 
-/// Finds multipliers until it is clear which constraints hold in a shape.
+/// Computes multipliers and switches constraints until the active set of a shape is consistent.
 fn until_settled<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
@@ -74,7 +74,7 @@ fn until_settled<M: Static + ?Sized>(
 /// Why no consistent set of active constraints was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unsettled {
-    /// A constraint is violated by this much, in metres, which is more than an error.
+    /// A constraint is violated by this much, in metres: more than the error of a method.
     Passed(f64),
     /// No accelerations follow from the forces.
     SingularMass,
@@ -144,7 +144,7 @@ fn changed(
         *may_hold = if *rate < -LEAVES { 0.0 } else { *may_hold };
     }
     let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
-    // What would be back before anything shows stays: else it would leave and be back ever sooner.
+    // A constraint that would open and close again within `SHOWS` stays active; otherwise it would switch ever faster.
     let mut has_others = false;
     for ((i, &rate), size) in (first..m).zip(&rates).zip(sizes) {
         if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / size * SHOWS {
@@ -164,7 +164,8 @@ fn changed(
     Ok(Changed { q, v, a, flow: [lost, work] })
 }
 
-/// Finds accelerations and multipliers of those that hold, and how fast those rise that are near. They hold from then on.
+/// Activates the constraints among those that may hold ([`hold_some`]) and computes accelerations and multipliers. Returns the gap
+/// accelerations of the constraints that are nearly closed.
 fn accelerate(
     model: &mut dyn Static,
     [q, v]: [&[f64]; 2],
@@ -183,7 +184,7 @@ fn accelerate(
     Ok(found)
 }
 
-/// Velocities after impulses that stop what is passed at a speed, and the energy that is lost.
+/// Velocities after the impulses of constraints that are reached at a speed, and the lost energy.
 fn impulses(
     model: &mut dyn Static,
     [q, v]: [&[f64]; 2],
@@ -205,12 +206,12 @@ fn impulses(
     Ok((fitted, lost))
 }
 
-/// Multipliers, and how fast what may hold rises, of those that hold.
+/// Computes the multipliers of the active constraints, and the rises of all that may be active.
 type Find<'a> = dyn FnMut(&mut dyn Static, &mut [f64], &mut [f64]) -> Result<(), SingularMass> + 'a;
 
-/// Of constraints that may hold, from `first` on one way only, holds those with which no multiplier is below zero and nothing rises that
-/// does not hold: the first one that does not fit changes sides (Murty 1974, "Note on a Bard-type scheme for solving the
-/// complementarity problem"; it ends for independent constraints).
+/// Of constraints that may be active, one-sided ones from `first` on, activates a set with non-negative multipliers in which no
+/// inactive constraint rises. Pivoting by the least index (Murty 1974, "Note on a Bard-type scheme for solving the complementarity
+/// problem"); ends if the constraints are independent.
 fn hold_some(
     model: &mut dyn Static,
     may_hold: &[f64],

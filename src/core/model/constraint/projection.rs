@@ -3,10 +3,10 @@
 use super::saddle::{MassSaddle, accelerations_by};
 use crate::model::{SingularMass, Static};
 
-/// Gaps below this part of the lengths of what constraints join are rounding.
+/// Gaps below this part of the lengths of the joined parts are rounding.
 const CLOSED: f64 = 1e-13;
 
-/// From here on gaps only fall to rounding.
+/// Below this, the projection ends once gaps stop falling.
 const NEAR: f64 = 1e-9;
 
 /// Steps of the projection, which is Gauss and Newton's method: it converges quadratically from nearby.
@@ -15,12 +15,12 @@ const MAX_STEPS: usize = 100;
 /// No step moves a coordinate by more than this, in units of its typical size.
 const LONGEST: f64 = 0.3;
 
-/// Constraints that are nearer to each other than this angle (radians) are at a singular position: accelerations there grow
-/// with the inverse square of it, and so do their errors.
+/// Constraints whose rows enclose less than this angle (radians) are at a singular position: accelerations grow with its inverse
+/// square, and so do their errors.
 const SMALLEST_MARGIN: f64 = 1e-4;
 
-/// Where no step is small enough, constraints are why that are nearer to each other than this angle, or of which one moves so
-/// little beside the others: accelerations are at least ten thousand times those elsewhere.
+/// If no step is small enough, constraints are named as the reason if their rows enclose less than this angle, or one moves less
+/// than another by this factor: accelerations are then at least ten thousand times those elsewhere.
 const NEARLY_SINGULAR: f64 = 1e-2;
 const NEARLY_IN_LINE: f64 = 1e-4;
 
@@ -29,8 +29,8 @@ fn largest(gaps: &[f64], sizes: &[f64]) -> f64 {
     beside.fold(0.0, |largest, gap| if gap <= largest { largest } else { gap })
 }
 
-/// Moves a shape that nearly satisfies its constraints until they hold, by as little kinetic energy as can be. Returns the largest
-/// gap that is left, in [`gap_sizes`](crate::model::Facts::gap_sizes). Allocates.
+/// Projects a shape that nearly satisfies its constraints onto them, in the metric of the mass matrix. Returns the largest
+/// remaining gap, in [`gap_sizes`](crate::model::Facts::gap_sizes). Allocates.
 pub fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, SingularMass> {
     let m = model.facts().constraints();
     let (sizes, gap_sizes) = (model.facts().typical_coordinates.clone(), model.facts().gap_sizes.clone());
@@ -48,7 +48,7 @@ pub fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, Si
         q.iter_mut().zip(&step).for_each(|(q, step)| *q -= part * step);
         model.gaps(q, &mut gaps);
         let next = largest(&gaps, &gap_sizes);
-        // Near rounding it no longer falls.
+        // Near rounding the gap no longer falls.
         let has_ended = part == 1.0 && next > 0.5 * gap && gap < NEAR;
         gap = next;
         if gap < best.0 {
@@ -62,18 +62,18 @@ pub fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, Si
     Ok(best.0)
 }
 
-/// How velocities were fitted to constraints.
+/// Result of the projection of velocities onto constraints.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit {
     /// Twice the kinetic energy of the change.
     pub change: f64,
     /// Its largest entry, in typical sizes of the coordinates per second.
     pub largest: f64,
-    /// How many constraints are independent, and how nearly one of them is not: the sine of the smallest angle between one and
-    /// the others, about.
+    /// Number of independent constraints, and roughly the sine of the smallest angle between one of them and the span of the
+    /// others.
     pub rank: usize,
     pub(crate) margin: f64,
-    /// How little the constraint moves that moves least, beside the one that moves most.
+    /// Length of the shortest row of the constraint Jacobian over that of the longest, in the metric of the mass.
     pub(crate) least_motion: f64,
 }
 
@@ -83,14 +83,13 @@ impl Fit {
         self.margin <= SMALLEST_MARGIN
     }
 
-    /// Whether constraints are so near to a singular position that no step from there may be small enough.
+    /// Whether constraints are so close to a singular position that no step from there may be small enough.
     pub fn is_nearly_singular(&self) -> bool {
         self.margin < NEARLY_SINGULAR || self.least_motion < NEARLY_IN_LINE
     }
 }
 
-/// Changes velocities by the smallest kinetic energy that makes them fit the constraints: as an impulse of what holds these
-/// would. Allocates.
+/// Projects velocities onto the constraints in the metric of the mass matrix, as impulses of the constraints would. Allocates.
 pub fn fit_velocities<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
@@ -99,7 +98,7 @@ pub fn fit_velocities<M: Static + ?Sized>(
     Ok(fit_by(&MassSaddle::new(model, q)?, model, q, v))
 }
 
-/// The same, with the accelerations of that state and the multipliers of what holds, behind them in `unknowns`. Allocates.
+/// The same; also writes the accelerations of that state, followed by the multipliers, to `unknowns`. Allocates.
 pub fn fit_motion<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],

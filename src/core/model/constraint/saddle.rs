@@ -5,7 +5,7 @@ use super::{Independent, inverse_length};
 use crate::model::{SingularMass, Static};
 use crate::numerics::linalg::{Lu, Matrix, Singular, thin_svd};
 
-/// Without inertia coordinates that only constraints hold have nothing on the diagonal, but for rounding; they count as the largest.
+/// Diagonal entries below this part of the largest one are rounding: coordinates without inertia that only constraints hold.
 const NOTHING: f64 = 1e-14;
 
 /// A tangent S and constraints G with the factors of both together, and memory for repeated use.
@@ -101,17 +101,17 @@ impl Saddle {
         systems.iter_mut().try_for_each(|system| system.factorise(tangent, constraints, independent))
     }
 
-    /// Writes the same with another tangent. Rows depend on others that did when this one was factorised.
+    /// Writes the bordered matrix of another tangent, with the independent rows of the last factorisation.
     pub fn border(&self, tangent: &Matrix, bordered: &mut Matrix) {
         border(tangent, &self.constraints, &self.independent, bordered);
     }
 
-    /// How many constraints are independent where this was factorised.
+    /// Number of independent constraints at the last factorisation.
     pub fn rank(&self) -> usize {
         self.independent.rank()
     }
 
-    /// Sets what multiplies rows that others determine to zero.
+    /// Sets the multipliers of dependent rows to zero.
     pub fn drop_dependent(&self, multipliers: &mut [f64]) {
         for (i, multiplier) in multipliers.iter_mut().enumerate() {
             if !self.independent.is_independent(i) {
@@ -120,8 +120,8 @@ impl Saddle {
         }
     }
 
-    /// The largest gap of rows that others determined when this was factorised which `change`, subtracted from the coordinates, leaves
-    /// open, in units of `sizes`.
+    /// The largest remaining gap of rows that were dependent at the last factorisation, after `change` is subtracted from the
+    /// coordinates, in units of `sizes`.
     pub fn left_open(&self, gaps: &[f64], change: &[f64], sizes: &[f64]) -> f64 {
         let mut largest = 0.0_f64;
         for (i, gap) in gaps.iter().enumerate().filter(|(i, _)| !self.independent.is_independent(*i)) {
@@ -132,7 +132,7 @@ impl Saddle {
         largest
     }
 
-    /// Solves with the factors, in place. Multipliers of rows that others determine are zero.
+    /// Solves with the factors, in place. Multipliers of dependent rows are zero.
     pub fn solve(&mut self, b: &mut [f64]) {
         self.drop_dependent(&mut b[self.tangent.nrows()..]);
         match self.systems.as_mut_slice() {
@@ -142,7 +142,7 @@ impl Saddle {
     }
 }
 
-/// Writes `[S, G^T; G, 0]` with the rows of G that determine the others; a one on the diagonal stands for each of the others.
+/// Writes `[S, G^T; G, 0]` with the independent rows of G, and a one on the diagonal for each dependent row.
 fn border(tangent: &Matrix, constraints: &Matrix, independent: &Independent, bordered: &mut Matrix) {
     let n = tangent.nrows();
     bordered.fill(0.0);
@@ -169,11 +169,11 @@ const SINGULAR: f64 = 1e-8;
 pub(crate) struct MassSaddle {
     /// L of the mass.
     lower: Matrix,
-    /// `L^-1 G^T` with rows of G scaled to length one in it, by its singular values.
+    /// Singular value decomposition of `L^-1 G^T`, whose columns are scaled to length one.
     left: Matrix,
     values: Vec<f64>,
     right: Matrix,
-    /// One over the lengths of these; zero of constraints that nothing moves.
+    /// One over the lengths of these columns; zero for constraints that nothing moves.
     inverse_lengths: Vec<f64>,
     gap_jacobian: Matrix,
 }
@@ -212,7 +212,7 @@ impl MassSaddle {
         Ok(Self { lower, left, values, right, inverse_lengths, gap_jacobian })
     }
 
-    /// How many constraints are independent.
+    /// Number of independent constraints.
     pub(crate) fn rank(&self) -> usize {
         let largest = self.values.first().copied().unwrap_or(0.0);
         self.values.iter().filter(|&&value| value > SINGULAR * largest && value > 0.0).count()
@@ -226,8 +226,8 @@ impl MassSaddle {
         }
     }
 
-    /// How little the constraint moves that moves least, beside the one that moves most: at a position where bars are in line
-    /// it does not move at all.
+    /// Length of the shortest row of the constraint Jacobian over that of the longest, in the metric of the mass: zero where bars
+    /// are in line.
     pub(crate) fn least_motion(&self) -> f64 {
         let moved = || self.inverse_lengths.iter().filter(|&&factor| factor > 0.0);
         let [least, most] =
@@ -235,7 +235,7 @@ impl MassSaddle {
         if least > 0.0 { most / least } else { 1.0 }
     }
 
-    /// The smallest change x of coordinates with `G x = gaps`, as far as there is one, and `lambda` with
+    /// The smallest change x of coordinates with `G x = gaps` in the sense of least squares, and `lambda` with
     /// `M x + G^T lambda = 0`.
     pub(crate) fn closing(&self, gaps: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (self.left.nrows(), gaps.len());
@@ -308,8 +308,8 @@ pub(super) fn accelerations_by<M: Static + ?Sized>(
     multipliers.copy_from_slice(&held);
 }
 
-/// What holds the constraints in a motion: the smallest multipliers with `tau + G^T lambda = 0` in the metric of the mass, or of typical
-/// coordinates where nothing has inertia along some of them. Allocates.
+/// Multipliers of a motion: the smallest ones with `tau + G^T lambda = 0`, in the metric of the mass, or of typical coordinates if
+/// some have no inertia. Allocates.
 pub fn multipliers<M: Static + ?Sized>(
     model: &mut M,
     [q, v, a]: [&[f64]; 3],

@@ -1,4 +1,4 @@
-//! Compiles what is at places of robots to points of a plan.
+//! Compiles loads, bodies and other items at places of a robot to points of a plan.
 
 use super::links::Tree;
 use crate::description::body::{Body, Hull};
@@ -17,8 +17,8 @@ use crate::robot::turning::place;
 /// Places of the items of an effect, for those that have one, and the list of a point that takes their indices.
 pub(crate) type PointsFor<G> = (Vec<Option<Place>>, fn(&mut Point<G>) -> &mut Vec<usize>);
 
-/// Compiles concentrated loads and bodies of a robot with these pieces, and what else needs points, to points in the order
-/// of places. Assigns the points to the pieces. Places at which others are attached are points too.
+/// Compiles concentrated loads, bodies and all other items that need points to points in the order of places, and assigns them to
+/// the pieces. Places at which other pieces are attached are points too.
 pub(crate) fn compile<G: Turning>(
     frame: G::Frame,
     tree: &mut Tree<G>,

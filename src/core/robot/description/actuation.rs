@@ -207,7 +207,7 @@ impl Robot {
         Inputs::default().take_all(self, check);
     }
 
-    /// What carries all points of a tendon's path, in words, if that is one body: the tendon's length is constant then.
+    /// The body that carries all points of a tendon's path, in words, if it is a single one: the tendon's length is then constant.
     fn only_body(&self, tendon: &Tendon, carriers: &Carriers<'_>) -> Option<String> {
         let vias = tendon.path.iter().map(Part::via).collect::<Option<Vec<_>>>()?;
         let carrier = |via: &Via| match via.link {

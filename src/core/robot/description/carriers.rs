@@ -1,9 +1,9 @@
-//! What the places of a robot move with: welds, and parts of rods without modes, add nothing that moves.
+//! The moving body to which each place of a robot belongs: welds, and parts of rods without modes, are merged with their parents.
 
 use super::link::Link;
 use crate::description::joint::Joint;
 
-/// What a place moves with.
+/// The body that carries a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Carrier {
     World,
@@ -15,21 +15,21 @@ pub(super) enum Carrier {
     },
 }
 
-/// What the bases of all links move with, found in one pass.
+/// The bodies that carry the bases of all links, found in one pass.
 pub(super) struct Carriers<'a> {
     links: &'a [Link],
     bases: Vec<Carrier>,
 }
 
 impl<'a> Carriers<'a> {
-    /// Of these links, parents before their children, on a base that moves as prescribed or not at all.
+    /// For these links, parents before their children, on a base with a prescribed motion or at rest.
     pub(super) fn of(links: &'a [Link], base_moves: bool) -> Self {
         let ground = if base_moves { Carrier::MovingBase } else { Carrier::World };
         let mut carriers = Self { links, bases: Vec::with_capacity(links.len()) };
         for (index, link) in links.iter().enumerate() {
             let parent = match (&link.joint, link.parent) {
                 (Joint::Weld, None) => Some(ground),
-                // A parent that does not precede is refused elsewhere.
+                // A parent that does not precede its child is rejected elsewhere.
                 (Joint::Weld, Some(parent)) => carriers.at(parent, link.at),
                 _ => None,
             };
@@ -38,7 +38,7 @@ impl<'a> Carriers<'a> {
         carriers
     }
 
-    /// What a place on a link moves with; `at` as in [`Link::at`]. `None` for a link that does not exist.
+    /// The body that carries a place on a link; `at` as in [`Link::at`]. `None` for a link that does not exist.
     pub(super) fn at(&self, index: usize, at: Option<f64>) -> Option<Carrier> {
         let base = *self.bases.get(index)?;
         let link = &self.links[index];
@@ -47,7 +47,7 @@ impl<'a> Carriers<'a> {
     }
 }
 
-/// Where the part of a rod begins that reaches up to a place without deforming, in metres.
+/// Start, in metres, of the rigid part of a rod that ends at a place.
 fn rigid_from(link: &Link, at: f64) -> f64 {
     let (mut start, mut end) = (0.0, 0.0);
     for segment in link.rod.iter() {

@@ -29,7 +29,7 @@ pub enum Driven {
 }
 
 impl Driven {
-    /// The source of the coordinates of a joint; `None` if there is none, or if nothing is known of the link that it mimics.
+    /// The source of the coordinates of a joint; `None` if there is none, or if the mimicked link is unknown.
     pub(crate) fn of(
         joint: &described::Joint,
         index: impl FnOnce(&LinkName) -> Option<usize>,
@@ -47,7 +47,7 @@ impl Driven {
         }
     }
 
-    /// The description of a joint that this drives, where links have these names.
+    /// The description of the driven joint, given the names of links.
     pub fn described(&self, joint: &Joint, name: impl Fn(usize) -> LinkName) -> described::Joint {
         let mut joint = joint.described();
         match self {
@@ -92,7 +92,7 @@ impl Driven {
         }
     }
 
-    /// The time at which the velocity jumps, if that is `t`, but for rounding.
+    /// The time at which the velocity jumps, if that is `t` up to rounding.
     pub(crate) fn jump_near(&self, t: f64) -> Option<f64> {
         match self {
             Self::Mimic { .. } => None,
@@ -101,7 +101,7 @@ impl Driven {
         }
     }
 
-    /// What may jump at some time.
+    /// Which quantities may jump at some time.
     pub(crate) fn jumps(&self) -> Jumps {
         match self {
             Self::Mimic { .. } => Jumps::Nothing,

@@ -1,4 +1,4 @@
-//! Forces and commands that are given: they may vary in time or be inputs.
+//! Prescribed forces and commands, as functions of time or inputs.
 
 use crate::description::signal::{Signal, Timed};
 use crate::robot::effects::actuator::Actuator;
@@ -6,7 +6,7 @@ use crate::robot::effects::actuator::Actuator;
 /// A force or a command of a robot.
 #[derive(Clone, Copy, Debug)]
 pub struct Given<'a> {
-    /// List and index of what it belongs to, if not to the robot itself.
+    /// List and index of the part to which it belongs, if not to the robot itself.
     owner: Option<(&'static str, usize)>,
     key: &'static str,
     pub signal: GivenSignal<'a>,

@@ -5,8 +5,8 @@ use crate::description::body::Body;
 use crate::description::rod::Section;
 
 impl Robot {
-    /// The same robot with so many times the inertia and the same weight, buoyancy and drag: every mass times `factor`, gravity over it.
-    /// Time scales of inertia alone change, by its root.
+    /// The same robot with `factor` times the inertia and the same weight, buoyancy and drag: every mass times `factor`, gravity
+    /// divided by it. Changes only the time scales of inertia, by the root of `factor`.
     pub(crate) fn with_inertia_times(&self, factor: f64) -> Self {
         let mut other = self.clone();
         other.gravity = self.gravity.map(|g| g / factor);

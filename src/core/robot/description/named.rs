@@ -1,4 +1,4 @@
-//! Names in descriptions: which links and coordinates of a robot they are, and the way back.
+//! Resolves names of links and coordinates in descriptions to indices, and indices to names.
 
 use std::cell::OnceCell;
 use std::collections::HashMap;
@@ -21,23 +21,23 @@ use crate::robot::effects::loops::{Loop, LoopEnd, Tie, described as loops};
 pub(crate) struct LinkNames<'a> {
     /// All names in the order of the robot.
     all: Vec<&'a str>,
-    /// The first link of each name; robots refuse a second one.
+    /// The first link of each name; validation rejects a second one.
     places: HashMap<&'a str, usize>,
     /// Whether there are further links that could not be read: unknown names may be theirs.
     are_incomplete: bool,
 }
 
-/// A robot whose links and coordinates are found by their names, for as many searches as it has parts.
+/// A robot with the names of its links, to resolve the names of many parts.
 #[derive(Debug)]
 pub(crate) struct Named<'a> {
     robot: &'a Robot,
-    /// Whether the model is a rod, on which everything is that names no link.
+    /// Whether the model is a rod, which is the default link of parts that name none.
     is_rod: bool,
     links: LinkNames<'a>,
     coordinates: OnceCell<HashMap<String, usize>>,
 }
 
-/// A name that nothing has of what `names` lists; or none, where one is needed.
+/// The problem of a name that is not among `names`, or of a missing name.
 fn unknown(what: &'static str, name: Option<&str>, names: &[&str], expected: &str) -> Fault {
     let word = name.unwrap_or_default();
     let listed = || names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
@@ -56,7 +56,7 @@ fn unknown(what: &'static str, name: Option<&str>, names: &[&str], expected: &st
 }
 
 impl<'a> LinkNames<'a> {
-    /// Names of links in their order; of more links, if `are_incomplete`, that could not be read.
+    /// Names of links in their order; `are_incomplete` if further links could not be read.
     pub(crate) fn new(all: impl Iterator<Item = &'a str>, are_incomplete: bool) -> Self {
         let all: Vec<_> = all.collect();
         let mut places = HashMap::with_capacity(all.len());
@@ -66,7 +66,7 @@ impl<'a> LinkNames<'a> {
         Self { all, places, are_incomplete }
     }
 
-    /// A name that no link has; or none, where one is needed.
+    /// The problem of a name that no link has, or of a missing name.
     fn unknown(&self, name: Option<&str>) -> Fault {
         unknown("link", name, &self.all, "")
     }
@@ -104,7 +104,7 @@ impl<'a> LinkNames<'a> {
         None
     }
 
-    /// The link with this index of a robot, as far as the links are known that it names; reports those that are not.
+    /// The link with this index of a robot; reports unknown links that it names.
     pub(crate) fn resolved(&self, link: usize, described: &links::Link, reader: &mut Reader) -> Link {
         let parent = described.parent.as_ref().and_then(|name| self.parent(link, name, reader));
         let driven = Driven::of(&described.joint, |name| {
@@ -115,8 +115,7 @@ impl<'a> LinkNames<'a> {
 }
 
 impl<'a> Named<'a> {
-    /// The names of a robot, or of a rod, which is its only link; of a robot with further links, if `are_incomplete`, that could
-    /// not be read.
+    /// The names of a robot, or of a rod, which is its only link; `are_incomplete` if further links could not be read.
     pub(crate) fn of(robot: &'a Robot, is_rod: bool, are_incomplete: bool) -> Self {
         Self {
             robot,

@@ -1,9 +1,9 @@
-//! Names of parts that were given none.
+//! Default names of parts.
 
 use std::collections::{HashMap, HashSet};
 
-/// Makes default names distinct: the second "ball on box" becomes "ball on box 2". Of each part the name, and whether it is
-/// a default one; names that were given stay, so that two equal ones are refused.
+/// Makes default names distinct: the second "ball on box" becomes "ball on box 2". `parts` are names, and whether they are default
+/// ones; names of users stay, so that validation rejects equal ones.
 pub(crate) fn number_default_names<'a>(parts: impl Iterator<Item = (&'a mut String, bool)>) {
     let (defaults, given): (Vec<_>, Vec<_>) = parts.partition(|(_, is_default)| *is_default);
     let mut taken: HashSet<String> = given.into_iter().map(|(name, _)| name.clone()).collect();

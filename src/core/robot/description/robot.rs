@@ -65,7 +65,7 @@ pub struct Robot {
     pub field: Signal<3>,
 }
 
-/// Centres of mass nearer to the section than this part of the radius of gyration are on it.
+/// Centres of mass closer to the section than this part of the radius of gyration count as on it.
 const ROUNDING: f64 = 1e-9;
 
 impl Robot {
@@ -118,7 +118,7 @@ impl Robot {
         self.links.iter().map(first).collect()
     }
 
-    /// The numbers of coordinates, one after another, of links that a coordinate of the same link moves.
+    /// Numbers of coordinates of consecutive groups of links that move independently ([`parts`](crate::model::Facts::parts)).
     pub(crate) fn parts(&self) -> Vec<usize> {
         let mut roots: Vec<Option<usize>> = Vec::with_capacity(self.links.len());
         let mut sizes = Vec::new();
@@ -235,15 +235,14 @@ impl Robot {
         Self { gravity: [0.0; 3], supports: self.supports.clone(), ..Self::new(links) }
     }
 
-    /// Largest distance of stretched-out links and bodies from the first joint or rod that moves them, in metres; if this is zero, the
-    /// size of what is there: radii of gyration, balls, tendons; then how far it can go; then how far apart it begins; one if nothing
-    /// tells any.
+    /// Length of the robot in metres: the largest distance of stretched-out links and bodies from the first joint or rod that moves
+    /// them; if this is zero, the first positive one of [`Self::breadth`], [`Self::travel`] and [`Self::apart`]; otherwise one.
     pub fn length(&self) -> f64 {
         let starts = starts(self);
         let of_links = self.links.iter().enumerate().map(|(i, link)| (i, link.length()));
         let of_bodies = self.all_bodies().map(|body| {
             let centre = size(body.centre);
-            // A centre that is rounding of whoever computed it says nothing about sizes.
+            // An offset of the centre that is rounding of the input has no influence.
             let beside = if centre > ROUNDING * body.radius_of_gyration() { centre } else { 0.0 };
             (body.link, body.at.unwrap_or(self.links[body.link].length()) + beside)
         });
@@ -262,8 +261,8 @@ impl Robot {
         along + size(link.position)
     }
 
-    /// Size of what does not reach anywhere, in metres: the largest radius of gyration of its bodies, radius of its balls and length
-    /// of its tendons.
+    /// Size of a robot without extent along its links, in metres: the largest of the radii of gyration of bodies, the radii of balls
+    /// and the lengths of tendons.
     fn breadth(&self) -> f64 {
         let of_bodies = self.all_bodies().map(|body| body.radius_of_gyration());
         let surfaces = self.contacts.iter().flat_map(|contact| &contact.surfaces);
@@ -275,8 +274,8 @@ impl Robot {
         of_bodies.chain(of_balls).chain(of_tendons).fold(0.0, f64::max)
     }
 
-    /// How far what has no size can go, in metres: along the straight parts of tendons, to where springs of joints are relaxed or carry
-    /// the weight, and between stops.
+    /// Largest travel of links without size, in metres: along the straight parts of tendons, to where springs of joints are relaxed or
+    /// carry the weight, and between stops.
     fn travel(&self) -> f64 {
         // Nothing is beside its parent.
         let root = |mut link: usize| {
@@ -309,8 +308,8 @@ impl Robot {
         of_tendons.chain(of_springs).fold(0.0, f64::max)
     }
 
-    /// How far apart what has no size and rests where it begins is, in metres: the diagonal of the box around the first links of all
-    /// chains, and distances that loops hold.
+    /// Largest distance between links without size and travel, in metres: the diagonal of the box around the first links of all
+    /// chains, and the lengths of distance loops.
     fn apart(&self) -> f64 {
         let roots = self.links.iter().filter(|link| link.parent.is_none()).map(|link| link.position);
         let none = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
@@ -338,7 +337,7 @@ impl Robot {
         self.actuators.iter().filter(|actuator| actuator.is_inextensible())
     }
 
-    /// All forces and commands that are given, in the order of the inputs: of loads, the magnetic field, of actuators.
+    /// All prescribed forces and commands, in the order of the inputs: loads, the magnetic field, actuators.
     pub fn given(&self) -> impl Iterator<Item = Given<'_>> {
         let of_loads = self.loads.iter().enumerate().flat_map(|(i, load)| {
             load.named_signals().map(|(key, signal)| Given::vector(Some(("loads", i)), key, signal))
@@ -418,8 +417,8 @@ impl Robot {
         }
     }
 
-    /// Hands what lies on links to a check: its place in the description, its link, whether it has a place along that, and what
-    /// validates it on a rod of a length.
+    /// Calls a check for every part on a link: its place in the description, its link, whether it has a place along the link, and the
+    /// validation for the length of the rod.
     pub(super) fn check_on_links(
         &self,
         check: &mut Checker,
@@ -506,7 +505,7 @@ impl Robot {
                     (Some(_), None) => {}
                 }
             }
-            // Of these the loop itself says what is wrong.
+            // The validation of the loop itself reports these.
             if a.link == b.link && (a.at == b.at || a.link.is_none()) {
                 continue;
             }
@@ -531,7 +530,7 @@ impl Robot {
             let place = format!("contacts[{i}]");
             check_name(check, &mut names, &contact.name, &place, "contact");
             check.nested(&place, contact.validate(&length));
-            // What deforms moves against everything.
+            // A deformable link moves relative to everything.
             let [a, b] = contact.surfaces.each_ref().map(|surface| match surface {
                 Surface::Rod { .. } => None,
                 Surface::Obstacle(_) => Some(Carrier::World),
@@ -585,7 +584,7 @@ impl Robot {
                 has_mass[parent] = true;
             }
         }
-        // Links that others mimic move their masses.
+        // A mimicked link also moves the masses of the links that mimic it.
         for driven in self.driven() {
             if let Driven::Mimic { link, .. } = driven
                 && let Some(has_mass) = has_mass.get_mut(*link)

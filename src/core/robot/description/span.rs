@@ -1,12 +1,12 @@
-//! Lengths of what constraints join: what their gaps are compared with.
+//! Lengths of the parts that constraints join, with which gaps are compared.
 
 use super::{Robot, link::Link};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
 
-/// Lengths of what moves the ends of loops and tendons, in metres: from the first joint or rod that moves an end to this end,
-/// along the chain of links that carries it. Neither other links count, nor where the chain begins. Of points that only rails move
-/// it is the length of the tendon or of the distance itself.
+/// Lengths of the chains of links that move the ends of loops and tendons, in metres: from the first joint or rod that moves an end to
+/// this end. Other links and the position of the first joint have no influence. For points that only prismatic joints move, it is the
+/// length of the tendon or of the distance itself.
 #[derive(Debug)]
 pub struct Spans<'a> {
     robot: &'a Robot,
@@ -15,7 +15,7 @@ pub struct Spans<'a> {
 }
 
 impl Robot {
-    /// Length of what moves a point of a link, given in its axes: along the chain of links that carries it, in metres.
+    /// Length of the chain that moves a point of a link, given in its axes, in metres.
     pub fn span(&self, link: usize, point: [f64; 3]) -> f64 {
         let spans = Spans::new(self);
         spans.or_robot(spans.to(link, point))
@@ -67,13 +67,13 @@ impl<'a> Spans<'a> {
         start + extent.max(size(point))
     }
 
-    /// What has no extent is compared with the robot.
+    /// This span, or the length of the robot if it is zero.
     fn or_robot(&self, span: f64) -> f64 {
         if span > 0.0 { span } else { self.robot.length() }
     }
 }
 
-/// For every link, the distance along its chain from what moves it first, in metres, and whether anything does.
+/// For every link, the distance along its chain from the first joint or rod that moves it, in metres, and whether there is one.
 pub(super) fn starts(robot: &Robot) -> Vec<(f64, bool)> {
     let mut starts: Vec<(f64, bool)> = Vec::with_capacity(robot.links.len());
     for link in &robot.links {

@@ -1,4 +1,4 @@
-//! What depends on time in a robot: prescribed motions, and forces and commands that are given.
+//! Time dependence of a robot: prescribed motions, forces and commands.
 
 use super::driven::Driven;
 use super::given::Given;
@@ -18,7 +18,7 @@ impl Robot {
         self.given().map(Given::timed)
     }
 
-    /// Those that forces follow at once; no finite force follows the length of a tendon that does not stretch.
+    /// Those that act on forces directly: all but the lengths of inextensible tendons.
     fn force_signals(&self) -> impl Iterator<Item = &dyn Timed> {
         let follows = |given: &Given<'_>| given.commands.is_none_or(|actuator| !actuator.is_inextensible());
         self.given().filter(follows).map(Given::timed)
@@ -54,7 +54,7 @@ impl Robot {
         of_base.chain(of_joints).chain(of_signals).reduce(f64::min)
     }
 
-    /// The time at which a prescribed velocity jumps, or for steps of the size `dt` a load or a command, if that is `t`, but for
+    /// The time at which a prescribed velocity jumps, or for steps of the size `dt` a load or a command, if that is `t` up to
     /// rounding.
     pub fn jump_near(&self, t: f64, dt: f64) -> Option<f64> {
         let of_base = self.base_motion.as_ref().and_then(|motion| motion.jump_near(t));
@@ -63,7 +63,7 @@ impl Robot {
             .or_else(|| self.force_signals().find_map(|signal| signal.edge_near(t, dt)))
     }
 
-    /// What prescribed motions, and loads and commands for steps of the size `dt`, may let jump at some time.
+    /// Which quantities prescribed motions, and loads and commands for steps of the size `dt`, may make jump at some time.
     pub fn jumps(&self, dt: f64) -> Jumps {
         let of_base = self.base_motion.as_ref().map_or(Jumps::Nothing, BaseMotion::jumps);
         let has_edges = self.force_signals().any(|signal| signal.has_edges(dt));

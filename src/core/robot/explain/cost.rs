@@ -19,7 +19,7 @@ use crate::robot::turning::Turning;
 /// multiply-add counts as one; sums, quotients, roots and comparisons are not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Multiplications {
-    /// One inverse dynamics, in a state of which nothing is known.
+    /// One inverse dynamics in a new state.
     pub residual: u64,
     /// One weighted tangent at a state with known residual, as in Newton's method.
     pub tangent: u64,
@@ -54,10 +54,9 @@ pub(crate) struct OfActuator {
     pub(crate) couples_pieces: bool,
 }
 
-/// Products of one kernel. Of a residual, a tangent and a mass matrix where there are three numbers.
+/// Products of one kernel; three numbers are for a residual, a tangent and a mass matrix.
 struct Table {
-    /// At each node: in a residual, and in a tangent and a mass matrix for bodies that move there, of which sections that are not
-    /// round take `general` more.
+    /// At each node; sections that are not round take `general` more.
     node: [f64; 3],
     general: [f64; 3],
     /// At each node for each strain with modes.
@@ -75,10 +74,10 @@ struct Table {
     body: f64,
     /// For a point within a piece: at each node, and for each coordinate in matrices.
     point: [f64; 3],
-    /// Of a spread load and of a fluid: at each node, and at each node for each coordinate in matrices.
+    /// For a spread load and for a fluid: at each node, and at each node for each coordinate in matrices.
     spread: [[f64; 2]; 2],
     fluid: [[f64; 3]; 2],
-    /// Of an embedded tendon at each node, with friction, and of a straight part in a residual.
+    /// For an embedded tendon with friction at each node, and for a straight part in a residual.
     guide: f64,
     rubbing: f64,
     line: f64,

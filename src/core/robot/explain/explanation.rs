@@ -20,7 +20,7 @@ use crate::robot::effects::actuator::explain as actuators;
 use crate::robot::effects::load::{Extent, Frame, Load};
 use crate::robot::effects::loops::Loop;
 
-/// Maximum number of links and actuators listed with their costs; of more, the most expensive ones.
+/// Maximum number of links and actuators listed with their costs, the most expensive ones.
 const LISTED_SHARES: usize = 10;
 
 /// An explanation of what is computed for a robot and what is skipped, with reasons.
@@ -34,7 +34,7 @@ pub struct Explanation {
     pub skipped: Vec<(String, String)>,
     /// Costs of evaluations: subjects and remarks.
     pub cost: Vec<(String, String)>,
-    /// Costs of links without actuators: subjects and remarks; of many links the most expensive ones first.
+    /// Costs of links without actuators: subjects and remarks; if there are many, the most expensive ones.
     /// Empty for a single link.
     pub links: Vec<(String, String)>,
     /// Costs of actuators: subjects and remarks.
@@ -499,7 +499,7 @@ fn costs_of_loops(robot: &Robot, of_loops: &[Share], all: &Multiplications) -> V
     shares(robot.loops.iter().zip(of_loops).map(own).collect(), "loop", all)
 }
 
-/// Shares in words; of many the most expensive ones, and the others together.
+/// Shares in words; if there are many, the most expensive ones, and the sum of the others.
 fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) -> Vec<(String, String)> {
     if lines.len() > LISTED_SHARES {
         // A stable sort, so that equal shares keep their order.

@@ -1,9 +1,8 @@
-//! Forces without accelerations, and the mass matrix, of a rod on which nothing acts but its weight.
+//! Forces without accelerations, and the mass matrix, of a rod on which only its weight acts.
 //!
 //! Both follow from `Psi_k = int S_k` at the nodes. The velocity is `V = sum_k Psi_k qd_k`, and summation by parts (exact for this
 //! quadrature) turns the forces `Q_j = int S_j . F` into `int Psi_j . f` with the forces per length `f = N A - ad_V^T N V`, where
-//! `A = int ad_V (S qd) - (0; g)`. The general sweeps, which know nothing of each other, integrate `S qd` and `f` as well, and turn F
-//! into the axes of the sections.
+//! `A = int ad_V (S qd) - (0; g)`. The general sweeps also integrate `S qd` and `f`, and rotate F into the axes of the sections.
 
 use super::tangent::products;
 use crate::numerics::lie::{LANES, Scalar, Twist, weighted_sum};
@@ -26,7 +25,7 @@ pub(crate) fn is_lone<G: Turning>(plan: &Plan<G>) -> bool {
     piece.n > 0 && !piece.is_joint && plan.points.is_empty() && !effects::act(plan, piece)
 }
 
-/// `tau(q, qd, 0)` and the mass matrix of a rod that [is alone](is_lone), with the kinematics up to date.
+/// `tau(q, qd, 0)` and the mass matrix of a [lone rod](is_lone), with the kinematics up to date.
 #[inline(always)]
 pub(crate) fn forces_and_mass<G: Turning>(
     plan: &Plan<G>,

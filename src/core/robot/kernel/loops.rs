@@ -25,8 +25,8 @@ pub(crate) fn values<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, q: &[f64],
     of_lengths(plan, work, values, |i| state.lengths[i] - state.commands[i]);
 }
 
-/// By how much the cosine of a direction that both ends of a tie share is below 1, with the kinematics up to date, where it is more
-/// than a right angle: beyond that gaps of angles fall again.
+/// 1 minus the cosine of the angle between directions that a tie aligns, if the angle exceeds a right angle, beyond which gaps of
+/// angles fall again; with the kinematics up to date.
 pub(crate) fn turned_away<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

@@ -1,4 +1,4 @@
-//! Strains that a finite number of modes leaves out of a shape at rest, and what they would cause.
+//! Strains that a finite number of modes leaves out of a shape at rest, and their effects.
 //!
 //! Two laws give the internal wrench of a section ([`super::section`]): the balance of everything beyond it, F, and the material
 //! with the strains of the modes, `-H (xi - xi_0)`. With infinitely many modes they agree, together with the forces f of embedded
@@ -116,7 +116,7 @@ fn wrenches_as_fields<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<Tw
     work.body[..plan.packs].iter().map(as_field).collect()
 }
 
-/// What strains at all nodes would cause, to first order, with the kinematics up to date and joints as they are.
+/// Effects of strains at all nodes, to first order, with the kinematics up to date and fixed joints.
 pub(crate) fn effect<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, strains: &[Strains]) -> MissingStrain {
     let mut motion = Motion::new(plan);
     let mut effect = MissingStrain::default();
@@ -250,7 +250,7 @@ impl<G: Turning> Motion<G> {
         }
     }
 
-    /// The piece whose strains displace most what is displaced farthest.
+    /// The piece whose strains contribute most to the largest displacement.
     fn cause(&self, plan: &Plan<G>) -> Option<usize> {
         let (farthest, position, mut s) = self.farthest;
         if farthest == 0.0 {

@@ -1,5 +1,5 @@
-//! What coordinates move: turns and shifts of sections, bodies, and ends of tendons, loops and contacts, for a unit of each
-//! coordinate; and the sizes of coordinates that follow from this.
+//! Turns and shifts of sections, bodies, and ends of tendons, loops and contacts per unit of each coordinate, and the sizes of
+//! coordinates that follow from these.
 
 use crate::model::Holder;
 use crate::numerics::lie::{Twist, Vector};
@@ -15,20 +15,20 @@ use crate::robot::state::Workspace;
 use crate::robot::state::tangent::TangentWorkspace;
 use crate::robot::turning::{Turning, columns, place};
 
-/// Fractions of a piece of a rod at which sections are looked at. At its end alone, modes of higher degree turn nothing.
+/// Fractions of a piece of a rod at which sections are tested. At its end alone, modes of higher degree turn nothing.
 const SECTIONS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
-/// Relative motions below this part of what the coordinate moves are rounding.
+/// Relative motions below this part of the largest motion of the coordinate are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// What three rows of derivatives are.
+/// Meaning of three rows of derivatives.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     /// The angular velocity of something.
     Turn,
     /// The velocity of something of this extent, in metres.
     Shift(f64),
-    /// The velocity of a point relative to another one at this distance, which holds it, in metres.
+    /// The velocity of a point relative to the point that holds it, at this distance in metres.
     Apart(f64),
 }
 
@@ -51,9 +51,9 @@ impl Motions {
         Matrix::from_fn(3 * self.kinds.len(), n, |row, k| self.entries[(row / 3 * n + k) * 3 + row % 3])
     }
 
-    /// The sizes of coordinates: one radian of what turns most; otherwise a strain of one, or the extent of what is shifted,
-    /// which is that of the moved parts or the distance to what holds them. `rows` are [`Self::rows`], of independent
-    /// coordinates. `fallback` is for shifts of what has no extent, in metres.
+    /// The sizes of coordinates: one radian of the largest turn; without turns a strain of one, or the extent of the shifted parts
+    /// or their distance from the points that hold them. `rows` are [`Self::rows`] for the independent coordinates. `fallback` is
+    /// the size for parts without extent, in metres.
     pub(crate) fn sizes(&self, rows: &Matrix, is_strain: &[bool], fallback: f64, sizes: &mut [f64]) {
         for (k, size) in sizes.iter_mut().enumerate() {
             let rates = || {
@@ -96,7 +96,7 @@ pub(crate) struct Extent {
     pub(crate) own: f64,
 }
 
-/// Sections of all rods, of the extents of their links, and the bases of rigid links, which have none of their own.
+/// Sections of all rods, with the extents of their links, and the bases of rigid links, with zero extent.
 pub(crate) fn sections<G: Turning>(plan: &Plan<G>) -> Vec<Extent> {
     let mut sections = Vec::new();
     for link in &plan.links {
@@ -111,7 +111,7 @@ pub(crate) fn sections<G: Turning>(plan: &Plan<G>) -> Vec<Extent> {
     sections
 }
 
-/// Motions in a shape, with the motion up to date, of what is at these places, and of ends of loops, tendons and contacts.
+/// Motions in a shape of these places, and of ends of loops, tendons and contacts, with the motion up to date.
 pub(crate) fn motions<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -144,7 +144,7 @@ pub(crate) fn motions<G: Turning>(
     let balls = contacts.balls.iter().map(|ball| (ball.on, size(ball.centre) + ball.radius));
     let bodies = contacts.bodies.iter().map(|body| (body.on, body.size + body.radius));
     for (fixture, own) in balls.chain(bodies) {
-        // Of what only shifts, all points move alike.
+        // All points of a part that only shifts have the same motion.
         if let Some(on) = fixture {
             jacobian_with(plan, work, on, Vector::zero(), &mut jacobian);
             motions.push(Kind::Shift(own), half(&jacobian, 3));
@@ -177,8 +177,8 @@ fn half(jacobian: &Matrix, first: usize) -> impl Iterator<Item = Vector<f64>> + 
     (0..jacobian.ncols()).map(move |k| Vector::from(std::array::from_fn(|i| jacobian[(first + i, k)])))
 }
 
-/// Motions, with the motion up to date, of the surfaces of every pair of contacts: of their middles or a corner, and of the ends of
-/// pieces of rods; and how many of them belong to each pair.
+/// Motions of the surfaces of every pair of contacts, at their middles or a corner and at the ends of pieces of rods, with the motion up
+/// to date; and their number for each pair.
 pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> (Motions, Vec<usize>) {
     let (n, contacts) = (plan.n, &plan.effects.contacts);
     let mut motions = Motions::default();
@@ -215,9 +215,9 @@ pub(crate) fn motions_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>
     (motions, numbers)
 }
 
-/// What contact forces could do for a unit of each coordinate, with the motion up to date, if the shifts of the surfaces and what
-/// their turns shift at the place of contact added up: the terms of a stiffness, also where they cancel, as those of a ball that
-/// turns where it lies.
+/// Magnitudes of the generalised contact forces, with the motion up to date: with the shifts of the surfaces and the shifts of the
+/// contact point by their turns added up. These are the terms of a stiffness, also where they cancel, as for a ball that turns in
+/// place.
 pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<f64> {
     let n = plan.n;
     let (mut most, mut jacobian) = (vec![0.0; n], Matrix::zeros(6, n));
@@ -247,8 +247,8 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
     most
 }
 
-/// What gaps are compared with, row by row, from the spans of what holds them, in metres: spans, one for differences of cosines,
-/// and for coordinates what these are for such a span.
+/// Sizes of gaps, row by row, from the spans of their constraints in metres: the span, one for differences of cosines, and for
+/// coordinates their value for such a span.
 pub(crate) fn of_gaps<G: Turning>(plan: &Plan<G>, span: impl Fn(Holder) -> f64) -> Vec<f64> {
     let mut sizes: Vec<f64> = plan.effects.loops.held_by.iter().map(|&held| span(held)).collect();
     for tie in &plan.effects.loops.ties {

@@ -67,20 +67,20 @@ pub(crate) fn set_in_jump<G: Turning>(
     Ok(())
 }
 
-/// From now on, what jumps at `t` is as it is after that.
+/// From now on, functions that jump at `t` have their values after the jump.
 pub(crate) fn pass_jump<G: Turning>(work: &mut Workspace<G>, t: f64) {
     (work.sight.passed, work.time) = (t, f64::NAN);
     work.motion_is_known = false;
 }
 
-/// From now on, tables are seen in steps of the size `dt`, as in [`Sight`].
+/// From now on, tables are evaluated for steps of the size `dt`; see [`Sight`].
 pub(crate) fn set_steps<G: Turning>(work: &mut Workspace<G>, dt: f64) {
     work.sight = Sight { dt, ..Sight::EXACT };
     work.time = f64::NAN;
     work.motion_is_known = false;
 }
 
-/// From now on, velocities of the base are means over so many seconds; see [`Sight`].
+/// From now on, velocities of the base are means over this many seconds; see [`Sight`].
 pub(crate) fn mean_rates_over<G: Turning>(work: &mut Workspace<G>, seconds: f64) {
     (work.sight.mean_over, work.time) = (seconds, f64::NAN);
 }
@@ -131,7 +131,7 @@ fn command<G: Turning>(
     let state = &mut work.effects.actuation;
     for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
         if is_meant(actuator.command.varies_in_time()) {
-            // No finite force follows a length that jumps.
+            // The length of an inextensible tendon must not jump.
             let sight = if plan.effects.loops.lengths.contains(&i) { Sight::EXACT } else { work.sight };
             [state.commands[i]] = actuator.command.at(t, sight, &work.inputs)?;
         }

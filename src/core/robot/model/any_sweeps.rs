@@ -1,4 +1,4 @@
-//! The sweeps of a robot, whatever they are compiled for.
+//! The sweeps of a robot for any kernel and instruction set.
 
 use crate::numerics::lie::{Planar, Plane, Spatial};
 use crate::robot::choice::Kernel;
@@ -90,8 +90,8 @@ impl AnySweeps {
         }
     }
 
-    /// Whether derivatives with respect to lengths are compiled. Portable packs are only for old machines: there these derivatives
-    /// use differences of models, to keep wheels small.
+    /// Whether derivatives with respect to lengths are compiled. Portable packs, for old machines, use differences of models instead,
+    /// to keep wheels small.
     pub(super) fn follow_lengths(&self) -> bool {
         matches!(self, Self::Planar(_) | Self::Spatial(_))
     }

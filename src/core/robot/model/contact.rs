@@ -11,7 +11,7 @@ use crate::robot::effects::contact::query::Hardest;
 use crate::robot::effects::{actuator, contact, joint_forces};
 
 impl RobotModel {
-    /// Names the stop that presses most in the first of these shapes, or is passed in a later one.
+    /// Names the stop with the largest force in the first of these shapes, or that is passed in a later one.
     fn advice_on_stops(&mut self, failed: &[&[f64]]) -> String {
         let Self { sweeps, coordinates, robot, .. } = self;
         let found = failed.iter().enumerate().find_map(|(number, q)| {
@@ -118,7 +118,7 @@ impl InContact for RobotModel {
     fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]) {
         let Self { sweeps, coordinates, .. } = self;
         let of_all = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.work_of_interactions(q)));
-        // A row for each coordinate: those that follow another one add to it, whichever way they turn.
+        // A row for each coordinate: dependent coordinates add to it, with either sign.
         let own = coordinates.own_columns(Matrix::from_diagonal(&of_all.into()));
         work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
     }
@@ -164,7 +164,7 @@ impl InImpact for RobotModel {
     }
 
     fn is_jolted(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
-        // Forces have just been computed nearby.
+        // Forces have just been computed in a shape close by.
         let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());
         if is_apart || !self.note_rates(qd_before, motion) {
             return false;
@@ -209,14 +209,14 @@ impl InImpact for RobotModel {
         self.facts.has_contact && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
     }
 
-    /// By a part of what moves that no error of a step is which resolves its impacts.
+    /// Gains are compared with [`LARGEST_GAIN`], [`AT_REST`] and [`EXPLOSION`].
     fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
-        // What moves the robot from outside is seen at one time alone.
+        // The work of prescribed motions over the step is unknown.
         if self.facts.is_carried {
             return false;
         }
         let [q_after, qd_after, qdd] = motion;
-        // The end of the step last: what is asked about touches afterwards is asked there. A step begins where one ended.
+        // The end of the step is evaluated last, for later queries about contact points there. A step begins where the last one ended.
         if !self.cached.is_of([q, qd]) {
             self.note_energy([q, qd]);
         }
@@ -242,7 +242,7 @@ impl InImpact for RobotModel {
                 let kinetic = [(q, qd, before), (q_after, qd_after, after)]
                     .map(|(q, qd, energy)| pressed.kinetic(self, [q, qd], energy.kinetic));
                 self.pressed = pressed;
-                // What is asked next is asked of the end.
+                // Later queries refer to the end.
                 self.note_energy([q_after, qd_after]);
                 exceeds(gain, kinetic[0].max(kinetic[1]))
             }
@@ -264,7 +264,7 @@ impl InImpact for RobotModel {
         let gain = pressed.gain(self, before, [q, qd], at_end.total() - at_start.total());
         let kinetic = pressed.kinetic(self, before, at_start.kinetic);
         self.pressed = pressed;
-        // In a step of the backward Euler method forces do the work of its end.
+        // Over a step of the backward Euler method, forces act as at its end.
         let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
         self.note_rates(before[1], motion);
         let Self { sweeps, coordinates, .. } = self;
@@ -281,7 +281,7 @@ impl InImpact for RobotModel {
 }
 
 impl RobotModel {
-    /// Stores how fast surfaces that touch at the end of a step approach each other with the velocities of its start; false if none do.
+    /// Stores the approach velocities at the start of a step of surfaces that touch at its end; false if none touch.
     fn note_rates(&mut self, qd_before: &[f64], [q, _, qdd]: [&[f64]; 3]) -> bool {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd_before, qdd], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_rates(motion)))

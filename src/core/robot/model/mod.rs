@@ -32,15 +32,16 @@ use crate::robot::explain::{Explanation, Multiplications, cost};
 /// above the errors of methods that enforce constraints, and far below visible gaps.
 const LARGEST_GAP: f64 = 1e-6;
 
-/// A step into contact that gains energy by more than this part of the kinetic one does not see its impacts: with steps of a
-/// tenth of an impact, generalised-alpha is off by less.
+/// A step into contact that gains more than this part of the kinetic energy does not resolve its impacts: with steps of a tenth of an
+/// impact, the error of generalised-alpha is smaller.
 const LARGEST_GAIN: f64 = 0.05;
 
-/// The same for what rests on something: velocities that errors of steps leave have hardly any kinetic energy. The gain must
-/// exceed this part of the energy of the overlaps, which is a hundredth of the speed of its vibration on them.
+/// The same for bodies at rest, whose kinetic energy is that of errors of steps: the gain must also exceed this part of the energy of
+/// the overlaps, which corresponds to a hundredth of the speed of a vibration with that energy.
 const AT_REST: f64 = 1e-4;
 
-/// One whose end has gained this part of its kinetic and elastic energy is no solution: errors of the backward Euler method are losses.
+/// A step that gains more than this part of its kinetic and elastic energy has not been solved: the error of the backward Euler
+/// method is a loss.
 const EXPLOSION: f64 = 0.5;
 
 /// A compiled robot, ready for simulation: rods and rigid bodies with joints. Clones share constant data and
@@ -56,7 +57,7 @@ pub struct RobotModel {
     /// Map from the independent coordinates to all coordinates of the sweeps.
     coordinates: Coordinates,
     solve: Solve,
-    /// Counted when it is asked for.
+    /// Estimated on first use.
     multiplications: OnceLock<Multiplications>,
     robot: Arc<Robot>,
     facts: Arc<Facts>,
@@ -64,19 +65,19 @@ pub struct RobotModel {
     marks: Arc<[Mark]>,
     /// Values that replace the forces of the supports' springs.
     held: Option<Vec<f64>>,
-    /// Size of the steps in seconds if that is fixed, zero for others, NaN without.
+    /// Size of the steps in seconds if it is fixed, zero for adaptive steps, NaN before a run.
     steps: f64,
-    /// Times at which adaptive steps end in addition to those that signals tell.
+    /// Times at which adaptive steps end, in addition to those of signals.
     ends: Arc<[f64]>,
-    /// Whether tendons that do not stretch stay taut or slack as they are.
+    /// Whether the set of taut inextensible tendons is fixed.
     slack_is_kept: bool,
-    /// The energy at the end of the last step that was asked whether it gains any.
+    /// The energy at the end of the last step tested for a gain.
     cached: NotedEnergy,
-    /// What takes part in impacts.
+    /// The parts under contact forces.
     pressed: Pressed,
 }
 
-/// The energy of a state, and the part of overlaps in it; of no state if the vectors are empty.
+/// The energy of a state, and the part of overlaps in it; not valid for any state if the vectors are empty.
 #[derive(Clone, Debug, Default)]
 struct NotedEnergy {
     of: [Vec<f64>; 2],
@@ -526,7 +527,7 @@ impl RobotModel {
         Some(robot.loops.iter().map(of_loop).collect())
     }
 
-    /// Energy of the overlaps in the shape that was looked at last.
+    /// Stores the energy of a state, with the overlaps of the shape evaluated last.
     fn note_energy(&mut self, state: [&[f64]; 2]) {
         self.cached.forget();
         let energy = self.energy(state[0], state[1]);
@@ -559,7 +560,7 @@ impl RobotModel {
         let [mut stiffness, mut without, mut jacobian] =
             [Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::zeros(m, n)];
         self.with_loops_held([q, &rest, &rest], |model| {
-            // Which tendons are taut is known with the multipliers.
+            // The multipliers determine which tendons are taut.
             model.gap_jacobian(q, &mut jacobian);
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
         });
@@ -729,7 +730,7 @@ impl RobotModel {
     }
 }
 
-/// Those of these coordinates that take part in a motion without inertia, if there is such a motion.
+/// The coordinates, of those given, of a motion without inertia, if there is such a motion.
 fn without_inertia(mass: &Matrix, coordinates: &[usize]) -> Vec<usize> {
     /// Smallest eigenvalue of a mass matrix with unit diagonal that is not rounding.
     const LEAST: f64 = 1e-14;

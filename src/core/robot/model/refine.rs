@@ -85,7 +85,7 @@ impl Refinable for RobotModel {
     }
 
     fn with_inertia_times(&self, factor: f64) -> Option<Self> {
-        // Flows push the added mass of rods aside by its inertia.
+        // In a flow, the forces of added mass depend on the velocity.
         let is_pushed = |fluid: &Fluid| fluid.velocity != [0.0; 3] && fluid.has_added_mass();
         if self.robot.fluid.as_ref().is_some_and(is_pushed) {
             return None;

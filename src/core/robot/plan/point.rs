@@ -62,7 +62,7 @@ pub(crate) struct Point<G: Space> {
 }
 
 impl<G: Space> Point<G> {
-    /// A point at which nothing is.
+    /// A point without effects.
     pub(crate) fn empty(place: Place, inside: Option<Inside<G>>) -> Self {
         Self { place, inside, body: None, effects: AtPoint::default(), carries: None, is_oriented: false }
     }

@@ -77,7 +77,7 @@ pub(crate) struct Workspace<G: Space> {
     pub(crate) effects: States<G>,
     /// Time at which varying base and loads are evaluated, NaN until it is set; and the world at that time.
     pub(crate) time: f64,
-    /// How tables of loads and commands are seen, and the time of the last jump that was passed.
+    /// How tables of loads and commands are evaluated, and the time of the last jump.
     pub(crate) sight: Sight,
     /// By how much earlier loads are evaluated than everything else, in seconds.
     pub(crate) lag: f64,

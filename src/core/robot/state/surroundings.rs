@@ -1,4 +1,4 @@
-//! The world relative to the base, at a time.
+//! The world in the frame of the moving base, at a time.
 
 use crate::description::world::base_motion::Base;
 use crate::numerics::lie::{Twist, Vector, VectorSpace};

@@ -1,4 +1,4 @@
-//! Gaps of closed loops and inextensible tendons, and what holds these.
+//! Gaps of closed loops and inextensible tendons, and their multipliers.
 
 use super::Sweeps;
 use crate::model::Holder;
@@ -46,7 +46,7 @@ impl<G: Turning> Sweeps<G> {
         most
     }
 
-    /// The constraint with the largest gap beside these sizes, this gap, and its size.
+    /// The constraint with the largest gap relative to these sizes, this gap, and its size.
     pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<(Holder, f64, f64)> {
         if self.plan.effects.loops.held_by.is_empty() {
             return None;

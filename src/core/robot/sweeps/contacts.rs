@@ -1,4 +1,4 @@
-//! Surfaces that touch, have touched or may do so.
+//! Contact queries of the sweeps: surfaces that touch, have touched or may touch.
 
 use std::sync::Arc;
 
@@ -23,8 +23,7 @@ fn is_same_shape(known: &[f64], q: &[f64]) -> bool {
 }
 
 impl<G: Turning> Sweeps<G> {
-    /// Stops that are exactly reached, and pairs of surfaces that touch nowhere else than where they only just do. `length` is that of
-    /// the robot. Allocates.
+    /// Stops, and pairs of surfaces without deeper contact, that only just touch. `length` is that of the robot. Allocates.
     pub(crate) fn reached(&mut self, q: &[f64], length: f64) -> Vec<Reached> {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         let Self { plan, work, .. } = self;
@@ -34,7 +33,7 @@ impl<G: Turning> Sweeps<G> {
         stops.chain(query::reached(plan, work, length).into_iter().map(Reached::Surfaces)).collect()
     }
 
-    /// From now on these act as they say; of none, rounding decides again.
+    /// Fixes whether these act; with an empty list, every force follows its gap again.
     pub(crate) fn decide(&mut self, reached: &[Reached]) {
         if let Some(undecided) = self.undecided.take() {
             self.plan = undecided;
@@ -70,8 +69,8 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
-    /// Surfaces are no stiffer than those that such a force, pair by pair, presses into each other by their thickness; `None` undoes
-    /// that. Returns whether any are softer than their own stiffness.
+    /// Limits the stiffness of every pair such that this force presses its surfaces into each other by their thickness; `None` undoes
+    /// that. Returns whether any became softer.
     pub(crate) fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
         self.work.motion_is_known = false;
         let pairs = self.plan.effects.contacts.pairs.iter().zip(&mut self.work.effects.contact.stiffest);
@@ -83,7 +82,7 @@ impl<G: Turning> Sweeps<G> {
         is_softer
     }
 
-    /// The largest overlap over the thickness of the thinner surface: of all, and of those that have two sides.
+    /// The largest overlap over the thickness of the thinner surface: of all surfaces, and of those with two sides.
     pub(crate) fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         self.find_touches(q);
         let Self { plan, work, .. } = self;
@@ -99,7 +98,7 @@ impl<G: Turning> Sweeps<G> {
         deepest
     }
 
-    /// The overlap that is deepest for its surfaces. What has touched is not changed by it.
+    /// The overlap with the largest share. Does not change [`Self::take_touched`].
     pub(crate) fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap> {
         if !self.work.motion_is_known || self.work.kinematics_of != q {
             let has_touched = self.work.effects.contact.has_touched;
@@ -115,13 +114,13 @@ impl<G: Turning> Sweeps<G> {
         overlaps.fold(None, |deepest, overlap| Overlap::deeper(deepest, Some(overlap)))
     }
 
-    /// What coordinates move of the surfaces of every pair of contacts, and how many motions belong to each pair. Allocates.
+    /// Motions of the surfaces of every pair of contacts by the coordinates, and their number for each pair. Allocates.
     pub(crate) fn motions_of_contact(&mut self, q: &[f64]) -> (Motions, Vec<usize>) {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         sizes::motions_of_contact(&self.plan, &self.work)
     }
 
-    /// What contacts and actuators could do for a unit of each coordinate. Allocates.
+    /// Magnitudes of the generalised forces of contacts and actuators. Allocates.
     pub(crate) fn work_of_interactions(&mut self, q: &[f64]) -> Vec<f64> {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         let Self { plan, work, tangent, .. } = self;
@@ -143,7 +142,7 @@ impl<G: Turning> Sweeps<G> {
         followed.length = length;
     }
 
-    /// Whether nothing touches in the motion that was evaluated last.
+    /// Whether nothing touches in the motion evaluated last.
     pub(crate) fn is_known_apart(&self) -> bool {
         self.work.motion_is_known && self.work.effects.contact.touches.is_empty()
     }
@@ -161,7 +160,7 @@ impl<G: Turning> Sweeps<G> {
         query::is_jolted(&self.plan, &self.work, h)
     }
 
-    /// Whether surfaces that touch in a shape may part again, by the velocities before and now.
+    /// Whether surfaces that touch in a shape may separate again, by the velocities before and now.
     pub(crate) fn may_part(&mut self, [q, v_before, v]: [&[f64]; 3], h: f64) -> bool {
         self.with_zeros(|sweeps, zeros| {
             [v_before, v].into_iter().any(|v| {
@@ -171,13 +170,13 @@ impl<G: Turning> Sweeps<G> {
         })
     }
 
-    /// Stores the accelerations with which surfaces that touch open in a motion without contact forces.
+    /// Stores the accelerations with which touching surfaces separate in a motion without contact forces.
     pub(crate) fn note_openings(&mut self, motion: [&[f64]; 3]) {
         self.update_motion(motion);
         query::note_openings(&self.plan, &mut self.work);
     }
 
-    /// How surfaces that touch in a motion of the same shape part again, in steps of size `h`.
+    /// How touching surfaces separate again in a motion of the same shape, with steps of size `h`.
     pub(crate) fn parting(&mut self, motion: [&[f64]; 3], since: f64, h: f64, by_weight: bool) -> Parting {
         self.update_motion(motion);
         query::parting(&self.plan, &self.work, since, h, by_weight)
@@ -239,7 +238,7 @@ impl<G: Turning> Sweeps<G> {
         query::deep_penetration(&self.plan, &self.work)
     }
 
-    /// Energy of the overlaps in the shape that was looked at last.
+    /// Energy of the overlaps in the shape evaluated last.
     pub(crate) fn overlap_energy(&self) -> f64 {
         query::overlap_energy(&self.work)
     }

@@ -1,4 +1,4 @@
-//! What varies in time: the base, loads and inputs at an instant.
+//! Time-dependent quantities at an instant: the base, loads and inputs.
 
 use super::Sweeps;
 use crate::description::world::base_motion::Base;
@@ -21,17 +21,17 @@ impl<G: Turning> Sweeps<G> {
         if self.plan.varies_in_time { time::set_in_jump(&self.plan, &mut self.work, t) } else { Ok(()) }
     }
 
-    /// From now on, tables are seen in steps of the size `dt`, as in [`Sight`](crate::description::signal::Sight).
+    /// From now on, tables are evaluated for steps of the size `dt`; see [`Sight`](crate::description::signal::Sight).
     pub(crate) fn set_steps(&mut self, dt: f64) {
         time::set_steps(&mut self.work, dt);
     }
 
-    /// From now on, what jumps at `t` is as it is after that.
+    /// From now on, functions that jump at `t` have their values after the jump.
     pub(crate) fn pass_jump(&mut self, t: f64) {
         time::pass_jump(&mut self.work, t);
     }
 
-    /// From now on, velocities of the base are means over so many seconds.
+    /// From now on, velocities of the base are means over this many seconds.
     pub(crate) fn mean_rates_over(&mut self, seconds: f64) {
         if self.plan.world.motion.is_some() {
             time::mean_rates_over(&mut self.work, seconds);

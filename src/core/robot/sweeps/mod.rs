@@ -30,12 +30,12 @@ use crate::robot::turning::Turning;
 #[derive(Clone, Debug)]
 pub(crate) struct Sweeps<G: Turning> {
     plan: Arc<Plan<G>>,
-    /// Before it was decided what acts of what is exactly reached.
+    /// The plan before [`Self::decide`] fixed forces.
     undecided: Option<Arc<Plan<G>>>,
     work: Workspace<G>,
     tangent: TangentWorkspace<G>,
     zeros: Vec<f64>,
-    /// Whether an effect takes energy out.
+    /// Whether an effect dissipates energy.
     dissipates: bool,
     /// Whether this is a [`lone_rod`].
     is_lone_rod: bool,
@@ -218,7 +218,8 @@ impl<G: Turning> Sweeps<G> {
         inputs::tangent(&self.plan, &mut self.work, &mut self.tangent.effects.actuation, tangent);
     }
 
-    /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base, and what joints bear of them.
+    /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base, and magnitudes of the constraint
+    /// wrenches of joints ([`turned_loads`](crate::model::Elastic::turned_loads)).
     pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
         let frame = self.plan.frame;
         let size = |v: Vector<f64>| v.dot(v).sqrt();
@@ -258,7 +259,7 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
-    /// Adds products of twists of joints and wrenches that they bear, less those given, however these point.
+    /// Adds magnitudes of products of the twists of joints and their constraint wrenches, less the given wrenches.
     fn add_borne(&self, without: &[Wrench<G, f64>], forces: &mut [f64]) {
         let (plan, work) = (&*self.plan, &self.work);
         let size = |v: Vector<f64>| v.dot(v).sqrt();
@@ -272,7 +273,7 @@ impl<G: Turning> Sweeps<G> {
                 forces[piece.first] += angular(twist.angular) * moment + linear(twist.linear) * force;
                 continue;
             }
-            // A spherical joint turns about one place.
+            // A spherical joint turns about a single point.
             let mut place = Twist::<G, G::Pack>::zero();
             for (position, weight) in work.position[piece.node_packs()].iter().zip(&piece.weights) {
                 place.linear += *position * *weight;

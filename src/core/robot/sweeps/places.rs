@@ -1,4 +1,4 @@
-//! Where places of a robot are, and how they move.
+//! Positions, velocities and Jacobians of places of a robot.
 
 use super::Sweeps;
 use crate::numerics::lie::Vector;
@@ -27,7 +27,7 @@ impl<G: Turning> Sweeps<G> {
         kinematics::jacobian(&self.plan, &self.work, place, jacobian);
     }
 
-    /// What coordinates move in a shape: sections, these bodies, and ends of loops, tendons and contacts. Allocates.
+    /// Motions by the coordinates in a shape of sections, these bodies, and ends of loops, tendons and contacts. Allocates.
     pub(crate) fn motions(&mut self, q: &[f64], bodies: &[Extent]) -> Motions {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         let Self { plan, work, tangent, .. } = self;
@@ -57,7 +57,7 @@ impl<G: Turning> Sweeps<G> {
         let piece = &self.plan.pieces[place.piece];
         let rotation = place::rotation_at(piece, &self.work, q, place);
         let within = G::vector_of(self.plan.frame, offset);
-        // Across the plane of motion, if there is one: models of one robot in a plane and in space are compared.
+        // Includes the component across a plane of motion, so that planar and spatial models of a robot agree.
         let across = offset - G::in_space(self.plan.frame, within);
         position + G::in_space(self.plan.frame, G::rotate(&rotation, within)) + across
     }

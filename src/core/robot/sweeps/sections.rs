@@ -1,4 +1,4 @@
-//! Sections of rods and joints: strains, what passes through them, and derivatives with respect to inertia and lengths.
+//! Sections of rods and joints: strains, transmitted wrenches, and derivatives with respect to inertia and lengths.
 
 use super::Sweeps;
 use crate::description::rod::STRAINS;
@@ -52,7 +52,7 @@ impl<G: Turning> Sweeps<G> {
         MissingStrain { turn, ..missing_strain::effect(&self.plan, &self.work, &missing) }
     }
 
-    /// What a change of the strains of the modes would cause in a shape.
+    /// Effect of a change of the strains of the modes in a shape.
     pub(crate) fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> MissingStrain {
         self.update_kinematics(q);
         let strains = missing_strain::of_modes(&self.plan, change);
