@@ -55,7 +55,7 @@ pub(crate) fn beyond_stops<G: Turning>(plan: &Plan<G>, q: &[f64]) -> impl Iterat
     })
 }
 
-/// Coordinates that are beyond a stop by so little that it is exactly reached; `sizes` are typical ones.
+/// Coordinates whose stops only just touch ([`REACHED`]); `sizes` are typical coordinates.
 pub(crate) fn reached_stops<G: Turning>(
     plan: &Plan<G>,
     q: &[f64],
@@ -67,7 +67,7 @@ pub(crate) fn reached_stops<G: Turning>(
     })
 }
 
-/// A stop that is passed.
+/// A stop that acts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pressed {
     /// Index of the coordinate.
@@ -79,7 +79,7 @@ pub(crate) struct Pressed {
     force: f64,
 }
 
-/// The stop that presses most in a shape.
+/// The stop with the largest force in a shape.
 pub(crate) fn hardest_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Pressed> {
     let pressed = all(plan).filter_map(|(coordinate, forces)| {
         let beyond = beyond(forces, q[coordinate]);
@@ -94,7 +94,7 @@ pub(crate) fn hardest_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Pres
     pressed.max_by(|a, b| a.force.total_cmp(&b.force))
 }
 
-/// A sentence about a stop that a run or a search has failed at, or would reach next.
+/// A sentence about a stop at which a run or a search has failed, or that it would reach next.
 pub(crate) fn advice(robot: &Robot, stop: Pressed, is_ahead: bool) -> String {
     let Pressed { coordinate, limit, beyond, force } = stop;
     let mut next = 0;
@@ -118,7 +118,7 @@ pub(crate) fn advice(robot: &Robot, stop: Pressed, is_ahead: bool) -> String {
     )
 }
 
-/// Takes the stops of a coordinate away.
+/// Removes the stops of a coordinate.
 pub(crate) fn remove_stops<G: Turning>(plan: &mut Plan<G>, k: usize) {
     let of_coordinate = plan.pieces.iter_mut().filter(|piece| piece.first == k);
     let hinges = of_coordinate.filter_map(|piece| piece.hinge.as_mut());

@@ -1,5 +1,5 @@
-//! What an effect can do, one trait for each kind. An effect implements each of them, or says by a trait `No...` that it has
-//! nothing of the kind; a kind that is forgotten does not compile.
+//! The kinds of effects, one trait for each. An effect implements each of them, or a marker trait `No...` for a kind that it does
+//! not have; code that forgets a kind does not compile.
 //!
 //! The change of a wrench with the motion is of one of three kinds: none relative to the material; that of a wrench with a
 //! fixed direction in the world (dead, a [`Gyroscope`]); or linear in displacement, velocity and acceleration (a
@@ -156,7 +156,7 @@ pub(crate) trait VelocityDependence<G: Turning> {
     fn depends_on_velocity(plan: &Plan<G>) -> bool;
 }
 
-/// For each kind the trait of effects that have nothing of it.
+/// Defines for each kind the marker trait of effects without it.
 macro_rules! without {
     ($($no:ident: $kind:ident { $(fn $name:ident($($of:ty),*) $(-> $result:ty)? { $($value:expr)? })* })*) => { $(
         #[doc = concat!("An effect without [`", stringify!($kind), "`].")]

@@ -43,7 +43,7 @@ use crate::robot::state::point::PointState;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
-/// Tables of what users describe, those that others hold first.
+/// Tables of the descriptions of effects, contained ones before those that contain them.
 pub const PARTS: [&Schema; 23] = [
     load::described::Load::SCHEMA,
     support::described::Support::SCHEMA,
@@ -83,7 +83,7 @@ macro_rules! for_every_effect {
     };
 }
 
-/// Functions of all effects, each of which is a method of one kind: what `each` does, whether `any` does, the `sum`.
+/// Defines functions that call one method of all effects: `each` calls it, `any` ors the results, `sum` adds them.
 macro_rules! of_all_effects {
     ($($how:ident $name:ident: $kind:ident::$method:ident($($arg:ident: $of:ty),*) $(-> $result:ty)?;)*) => { $(
         #[doc = concat!("[`", stringify!($kind), "::", stringify!($method), "`] of all effects.")]
@@ -127,8 +127,8 @@ of_all_effects! {
     any depends_on_velocity: VelocityDependence::depends_on_velocity(plan: &Plan<G>) -> bool;
 }
 
-/// The places at which effects need points, `pulled` those of ends of straight parts of tendons, and the list of a point in
-/// which they find their indices there.
+/// The places at which effects need points, and the lists of a point for their indices; `pulled` are the ends of straight parts of
+/// tendons.
 pub(crate) fn places<G: Turning>(
     robot: &Robot,
     tree: &Tree<G>,
@@ -153,7 +153,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     plan.has_responses = responds(plan);
 }
 
-/// What `explain()` says of effects besides loads, fluid and actuators.
+/// Explanations of effects other than loads, fluid and actuators.
 pub(crate) fn explain(robot: &Robot) -> impl Iterator<Item = Explained> {
     [loops::explain::explain(robot), contact::explain::explain(robot), magnet::explain::explain(robot)]
         .into_iter()

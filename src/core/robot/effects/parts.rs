@@ -1,4 +1,4 @@
-//! What effects have in a compiled robot and in memory: each a line in these lists.
+//! Parts of effects in a compiled robot and in its memory: one line in each list.
 
 use super::actuator::plan::Actuation;
 use super::actuator::state::{ActuationState, ActuationTangent};
@@ -30,7 +30,7 @@ pub(crate) struct Plans<G: Space> {
 /// Effects at a point.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AtPoint<G: Geometry> {
-    /// What of the bodies the fluid acts on; their inertia contains their added mass.
+    /// Hulls of the bodies, on which the fluid acts; the inertia of the bodies contains the added mass.
     pub(crate) hulls: Vec<Hull<G>>,
     /// Indices of the loads.
     pub(crate) loads: Vec<usize>,

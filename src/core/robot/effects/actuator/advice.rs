@@ -1,11 +1,11 @@
-//! Advice on tendons of commanded length that hold a run or a search that has failed.
+//! Advice on tendons of commanded length after a failed run or search.
 
 use crate::model::constraint::one_sided::TAUT;
 use crate::model::springs::Cords;
 use crate::robot::description::Robot;
 
-/// The row of the tendon that pulls most in a shape: of those that do not stretch the one that exceeds its length most, if any is
-/// taut; `length` is that of the robot.
+/// The row of the tendon with the largest tension in a shape; of inextensible ones, if any is taut, the one that exceeds its length
+/// most. `length` is that of the robot.
 pub(crate) fn hardest(cords: &Cords, length: f64) -> Option<usize> {
     let rows = 0..cords.excesses.len();
     let is_rigid = |row: &usize| cords.stiffness[*row].is_infinite();

@@ -109,8 +109,8 @@ impl AlongRod {
         found.filter(|_| is_right)
     }
 
-    /// The description of a profile along a rod of this length, from which the same one is resolved, bit by bit. Two numbers
-    /// are those of a part of the rod, unless `is_whole`.
+    /// The description of a profile along a rod of this length; resolving it gives the same profile bit by bit. Two numbers
+    /// belong to a part of the rod, unless `is_whole`.
     pub fn described(profile: &Profile<1>, length: f64, is_whole: bool) -> Self {
         let numbers = |rows: &[[f64; 1]]| rows.as_flattened().to_vec();
         match profile.parts() {
@@ -174,7 +174,7 @@ impl<const N: usize> Data for [AlongRod; N] {
     }
 }
 
-/// The table; functions have what no table holds.
+/// The table of fields; functions cannot be written to it.
 impl AnyPart for AlongRod {
     fn schema(&self) -> &'static Schema {
         Table::SCHEMA

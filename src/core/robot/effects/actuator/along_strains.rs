@@ -91,8 +91,8 @@ fn ratio_at<G: Turning>(
 }
 
 impl Embedded<'_> {
-    /// The part of each node of the piece that lies on the path, such that integrals over the path are those of a path that ends
-    /// between nodes (as of wrenches at points, `plan::point`).
+    /// The share of each node of the piece in the path, such that integrals are exact for a path that ends between nodes (as for
+    /// wrenches at points, `plan::point`).
     fn shares<G: Turning>(&self, piece: &PiecePlan<G>) -> Vec<f64> {
         let [from, to] = self.ends;
         if from <= 0.0 && to >= 1.0 {

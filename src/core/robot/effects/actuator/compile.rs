@@ -24,7 +24,7 @@ use crate::robot::plan::point::{Offset, Place, Point};
 use crate::robot::plan::{Plan, packed};
 use crate::robot::turning::{Turning, place};
 
-/// Smallest length of a straight part relative to the length of what the tendon pulls: shorter parts have a stiffness
+/// Smallest length of a straight part relative to the length of the links that the tendon moves: shorter parts have a stiffness
 /// that cannot be resolved.
 const SHORTEST_LINE: f64 = 1e-6;
 

@@ -7,7 +7,7 @@ use crate::robot::effects::actuator::{
 use crate::robot::explain::cost::{OfActuator, Share};
 use crate::robot::explain::text::{Explained, counted, listed};
 
-/// Maximum number of actuators with the same text that are all named; of more, only the first and the last.
+/// Up to this number, all actuators with the same text are named; otherwise only the first and the last.
 const LISTED_NAMES: usize = 3;
 
 /// Texts for the actuators and inputs of a robot; one text for actuators with identical text.

@@ -252,7 +252,7 @@ impl Law {
         matches!(self, Self::Cable { .. } | Self::Servo { .. })
     }
 
-    /// A tendon just at its length stays taut, or slack, however its length is rounded.
+    /// Fixes whether a tendon exactly at its commanded length is taut, independently of rounding.
     pub(crate) fn decide(&mut self, is_taut: bool) {
         if let Self::Cable { stiffness, damping } = *self {
             *self = match is_taut {

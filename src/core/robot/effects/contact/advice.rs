@@ -1,4 +1,4 @@
-//! Advice on the stiffness of contacts: too soft for what presses, or so stiff that runs end.
+//! Advice on the stiffness of contacts: too soft for the acting forces, or so stiff that runs fail.
 
 use crate::model::Overlap;
 use crate::robot::description::Robot;
@@ -6,14 +6,14 @@ use crate::robot::effects::contact::compile::{OVERLAP, needed_stiffness, stiffne
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::{Contact, Surface};
 
-/// Deeper overlaps, over the thickness of the thinner surface, are too deep: twice what the default stiffness aims at.
+/// Largest acceptable overlap over the thickness of the thinner surface: twice that for which the default stiffness is chosen.
 const DEEP: f64 = 0.35;
 
 /// Contacts stiffer than needed by this factor cost several times as many iterations.
 const STIFF: f64 = 10.0;
 
-/// Sentences about the deepest overlap of a run, if that is too deep, and about the place that overlaps most, of those that touch
-/// where it ended, or would touch if the motion went on for a step.
+/// Sentences about the deepest overlap of a run, if it is too deep, and about the contact point with the deepest overlap where the run
+/// ended or after one more step.
 pub(crate) fn advice(
     robot: &Robot,
     touches: &[ReportedTouch],
@@ -37,7 +37,7 @@ fn overlap(touch: &ReportedTouch) -> Overlap {
     Overlap { contact: touch.contact, depth: touch.overlap, share: touch.share }
 }
 
-/// The stiffness at which what presses here would press surfaces into each other by the overlap at which the default aims.
+/// The stiffness at which the present contact force would cause the overlap for which the default stiffness is chosen.
 fn fitting(contact: &Contact, stiffness: f64, overlap: Overlap) -> f64 {
     let power = if contact.is_spread() { 1.5 } else { 1.0 };
     stiffness * (overlap.share / OVERLAP).powf(power)
@@ -88,7 +88,7 @@ fn soft(robot: &Robot, overlap: Overlap) -> String {
     )
 }
 
-/// Where a touch is along the rod that touches.
+/// Position of a contact point along its rod, in words.
 fn place(robot: &Robot, contact: &Contact, touch: &ReportedTouch) -> String {
     let along = contact.surfaces.iter().zip(touch.along).find_map(|(surface, along)| match surface {
         Surface::Rod { link } => along.map(|x| (&robot.links[*link].name, x)),

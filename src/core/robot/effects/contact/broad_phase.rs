@@ -15,14 +15,14 @@ use crate::robot::plan::space::Space;
 /// Centre and radius.
 pub(crate) type Ball = (Vector<f64>, f64);
 
-/// Fills in the balls of all rods: of each, those of its branches in depth-first order, from those of its curves.
+/// Computes the bounding balls of the branches of all rods, in depth-first order, from those of their curves.
 pub(super) fn enclose<G: Space>(contacts: &Contacts<G>, curves: &[Ball], branches: &mut [Ball]) {
     for rod in &contacts.rods {
         enclose_branch(&curves[rod.clone()], &mut branches[balls_of(rod)]);
     }
 }
 
-/// Where the balls of a rod's branches are: one less than twice as many as curves.
+/// Range of the balls of a rod's branches: a tree over c leaves has 2 c - 1 of them.
 fn balls_of(rod: &Range<usize>) -> Range<usize> {
     2 * rod.start..2 * rod.end - 1
 }
@@ -84,7 +84,7 @@ impl<'a> Branch<'a> {
     }
 }
 
-/// Whether every part of a curve is a neighbour of every part of one that does not come before it on the same rod.
+/// Whether every part of a curve is a neighbour of every part of the same or a later curve of its rod.
 fn are_neighbours<P>(curve: &Curve<P>, other: &Curve<P>, neighbourhood: f64) -> bool {
     let end_of_first_part = curve.start + curve.samples[1].x * curve.length;
     let last = other.samples.len() - 2;
@@ -92,8 +92,8 @@ fn are_neighbours<P>(curve: &Curve<P>, other: &Curve<P>, neighbourhood: f64) -> 
     begin_of_last_part < end_of_first_part + neighbourhood
 }
 
-/// Adds all pairs of curves, the first of a pair's first rod, whose balls overlap, but for curves that are neighbours all along; those
-/// of a rod with itself once, in their order along it.
+/// Adds all pairs of curves of two rods whose balls overlap. For a rod with itself, adds every pair once, in the order along the rod, and
+/// skips curves that are neighbours everywhere.
 pub(super) fn gather<G: Space>(
     contacts: &Contacts<G>,
     pair: &Pair,

@@ -1,4 +1,4 @@
-//! Rods as curves between the samples that are checked first.
+//! Centre lines of rods as curves between samples, with their nearest points to other surfaces.
 //!
 //! The slope of a curve is the polynomial through its values at the nodes. Chebyshev coefficients of the
 //! position, the slope and the second derivative are computed once per shape; evaluating a place then costs
@@ -13,20 +13,20 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// A curve between two samples is longer than what their slopes say by that factor at most, and bends by no more than that factor
-/// further away from its chord than a cubic, unless a rod turns by far more than a radian between them.
+/// Safety factor of bounds: between two samples a curve is at most this much longer than its slopes there say, and deviates from its
+/// chord at most this much more than a cubic, unless the rod turns by far more than a radian in between.
 pub(super) const LONGER: f64 = 1.2;
 
-/// Slopes along sections that are not round are differences over that part of the way between two samples.
+/// Step of differences along sections that are not round, as a fraction of the distance of two samples.
 pub(super) const BESIDE: f64 = 1e-5;
 
-/// What bends a curve beside that cubic: that part of its length.
+/// Bound of the deviation of a curve from that cubic, as a fraction of its length.
 const ROUGHNESS: f64 = 0.02;
 
-/// Steps of Newton's method for the nearest place of a cubic, from which that of the curve is found.
+/// Steps of Newton's method for the nearest point of the cubic, from which the search on the curve starts.
 const CUBIC_STEPS: usize = 3;
 
-/// Finds the shapes of the curves that may be touched.
+/// Computes the Chebyshev coefficients of the curves that may be in contact.
 #[inline(always)]
 pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     let ContactState { terms, axes, bends, samples, is_near, .. } = state;
@@ -69,8 +69,8 @@ pub(super) fn expand<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mu
     }
 }
 
-/// Fills in position and second derivative of the terms of a polynomial, whose slopes are known, from where it begins and which part
-/// of the curve it is; returns where it ends. (Mason and Handscomb 2003, equations 2.43 and 2.49.)
+/// Computes position and second derivative of the terms of a polynomial from its slopes, its start and its fraction of the curve;
+/// returns its end. (Mason and Handscomb 2003, equations 2.43 and 2.49.)
 fn complete(terms: &mut [Term], begin: Vector<f64>, part: f64) -> Vector<f64> {
     let slope = |terms: &[Term], k: usize| terms.get(k).map_or(Vector::zero(), |term| term.slope);
     for k in (0..terms.len()).rev() {
@@ -116,11 +116,11 @@ fn expand_axes<G: Turning>(
     }
 }
 
-/// Where a curve is, by its Chebyshev coefficients.
+/// The shape of a curve as Chebyshev coefficients.
 #[derive(Clone, Copy)]
 pub(super) struct Shape<'a> {
     terms: &'a [Term],
-    /// Of the axes of its sections, if it is not round.
+    /// Coefficients of the axes of its sections, if it is not round.
     axes: &'a [[Vector<f64>; 2]],
     breaks: &'a [f64],
 }
@@ -138,7 +138,7 @@ impl<'a> Shape<'a> {
         }
     }
 
-    /// The polynomial that holds at a fraction of the length, by its number, and the argument of its Chebyshev polynomials.
+    /// Index of the polynomial at a fraction of the length, and the argument of its Chebyshev polynomials.
     #[inline(always)]
     fn locate(&self, x: f64) -> (usize, f64) {
         if self.breaks.is_empty() {
@@ -167,7 +167,7 @@ impl<'a> Shape<'a> {
         [position, slope, bend]
     }
 
-    /// Axes of the section at a fraction of the length: unit vectors, across each other.
+    /// Axes of the section at a fraction of the length: perpendicular unit vectors.
     fn axes_at(&self, x: f64) -> [Vector<f64>; 2] {
         let (here, t) = self.locate(x);
         let number = self.axes.len() / (self.breaks.len() + 1);
@@ -193,21 +193,21 @@ pub(super) struct Part<'a> {
     shape: Shape<'a>,
     /// Among the parts of its curve.
     pub(super) index: usize,
-    /// Fractions of the curve where it begins and how long it is.
+    /// Start and length as fractions of the curve.
     pub(super) from: f64,
     pub(super) part: f64,
-    /// Arc length of the rod where it begins, and its length.
+    /// Arc length of the rod at its start, and its length.
     pub(super) arc: f64,
     pub(super) length: f64,
     pub(super) ends: [[Vector<f64>; 2]; 2],
     pub(super) radii: [f64; 2],
-    /// Its second derivative is no larger than that.
+    /// Upper bound of its second derivative.
     pub(super) bend: f64,
     /// Half extents of the sections at both ends, if they are not round.
     pub(super) half_extents: Option<[[f64; 2]; 2]>,
 }
 
-/// A part of a curve, by what has been seen at the samples of that.
+/// A part of a curve, from the samples of its ends.
 #[inline(always)]
 pub(super) fn part<'a, P>(
     curve: &Curve<P>,
@@ -232,14 +232,14 @@ pub(super) fn part<'a, P>(
     }
 }
 
-/// The cubic through positions and slopes of both ends, by its second derivative at the start and how much that grows.
+/// The cubic through positions and slopes of both ends: its second derivative at the start, and the change of that.
 fn cubic([[p, a], [q, b]]: [[Vector<f64>; 2]; 2]) -> [Vector<f64>; 2] {
     let way = q - p;
     [(way * 3.0 - a * 2.0 - b) * 2.0, (a + b - way * 2.0) * 6.0]
 }
 
-/// What a part lies in that has these ends and is no thicker than that: a cubic is no further from its chord than an eighth of its
-/// largest second derivative.
+/// Bounding volume of a part with these ends and this largest radius: a cubic deviates from its chord by at most an eighth of its largest
+/// second derivative.
 pub(super) fn span(ends: [[Vector<f64>; 2]; 2], thickest: f64) -> Span {
     let [[p, a], [q, b]] = ends;
     let [start, growth] = cubic(ends);
@@ -250,14 +250,14 @@ pub(super) fn span(ends: [[Vector<f64>; 2]; 2], thickest: f64) -> Span {
 }
 
 impl Part<'_> {
-    /// The semi-axes of the section at a fraction of it, if that is not round.
+    /// The semi-axes of the section at a fraction of the part, if it is not round.
     pub(super) fn semi_axes(&self, x: f64) -> Option<[Vector<f64>; 2]> {
         let [begin, end] = self.half_extents?;
         let axes = self.shape.axes_at(self.from + self.part * x);
         Some([0, 1].map(|i| axes[i] * (begin[i] + (end[i] - begin[i]) * x)))
     }
 
-    /// How a tube with these sections goes on at a fraction of it.
+    /// The continuation of a tube with these sections at a fraction of the part.
     pub(super) fn course(&self, x: f64) -> Course {
         let [_, slope, bend] = self.at(x);
         let square = slope.dot(slope).max(f64::MIN_POSITIVE);
@@ -271,7 +271,7 @@ impl Part<'_> {
         }
     }
 
-    /// At a fraction of it, position and its first and second derivatives along that fraction.
+    /// Position at a fraction of the part, with first and second derivatives with respect to the fraction.
     #[inline(always)]
     pub(super) fn at(&self, x: f64) -> [Vector<f64>; 3] {
         let [position, slope, bend] = self.shape.at(self.from + self.part * x);
@@ -282,13 +282,13 @@ impl Part<'_> {
         self.radii[0] + self.widening() * x
     }
 
-    /// How the radius changes along its fraction.
+    /// Derivative of the radius with respect to the fraction of the part.
     pub(super) fn widening(&self) -> f64 {
         self.radii[1] - self.radii[0]
     }
 
-    /// How much the edges of its sections bend away from straight lines because the sections turn: their largest half extent times
-    /// the square of that angle.
+    /// Bound of the second derivative of the edges of its sections due to their rotation: the largest half extent times the square of
+    /// the angle.
     pub(super) fn turn(&self) -> f64 {
         let (Some([y, z]), Some([y_end, z_end])) = (self.semi_axes(0.0), self.semi_axes(1.0)) else {
             return 0.0;
@@ -300,29 +300,29 @@ impl Part<'_> {
         self.radii[0].max(self.radii[1]) * (squared(y, y_end) + squared(z, z_end))
     }
 
-    /// It is not longer than that, and its radius changes by no more.
+    /// Upper bound of its length and of the change of its radius.
     pub(super) fn reach(&self) -> f64 {
         let [[_, a], [_, b]] = self.ends;
         LONGER * a.dot(a).max(b.dot(b)).sqrt() + (self.radii[1] - self.radii[0]).abs()
     }
 
-    /// How far a place is along the curve from where a point is nearest to the surface: the slope of its distance, times that from
-    /// the axis, by the way from the point and the slope of the curve. A part is the union of the balls about its places, so that
-    /// forces are gradients of the overlap also where it tapers.
+    /// Slope along the curve of the distance of a point from the surface, times its distance from the axis: zero at the nearest
+    /// point. `way` leads from the point to the curve. The surface is that of the union of balls about the curve, so that forces are
+    /// gradients of the overlap also where it tapers.
     fn rise(&self, way: Vector<f64>, slope: Vector<f64>) -> f64 {
         let widening = self.widening();
         let rise = way.dot(slope);
         if widening == 0.0 { rise } else { rise - widening * way.dot(way).sqrt() }
     }
 
-    /// How [`Self::rise`] changes along the curve.
+    /// Derivative of [`Self::rise`] along the curve.
     fn rise_change(&self, [way, slope, bend]: [Vector<f64>; 3]) -> f64 {
         let widening = self.widening();
         let change = slope.dot(slope) + way.dot(bend);
         if widening == 0.0 { change } else { change - widening * way.dot(slope) / way.dot(way).sqrt() }
     }
 
-    /// Where a point is nearest to the surface: Newton's method between bounds, from where the cubic says.
+    /// The place nearest to a point, by Newton's method within a bracket, from the nearest place of the cubic.
     pub(super) fn nearest_to(&self, point: Vector<f64>) -> f64 {
         let [[p, a], [q, b]] = self.ends;
         let [start, end] = [self.rise(p - point, a), self.rise(q - point, b)];

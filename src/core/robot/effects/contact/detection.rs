@@ -1,4 +1,4 @@
-//! Contact detection: where surfaces are, which of them are near each other, and where they touch.
+//! Contact detection: positions of surfaces, pairs that are close to each other, and contact points.
 
 use super::curve::{self, LONGER, expand};
 use super::narrow_phase::{Found, Near, Scene, placed};
@@ -12,21 +12,21 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// Finds all touches of a state whose motion is up to date.
+/// Finds all contact points of a state whose motion is up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
     plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, state: &mut state });
     work.effects.contact = state;
 }
 
-/// Finds where the samples of curves, balls, bodies and solids are in a shape, and no touches.
+/// Computes the positions of samples of curves, balls, bodies and solids in a shape, without contact points.
 pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
     look(plan, work, &mut state);
     work.effects.contact = state;
 }
 
-/// The same, and which curves may touch anything there.
+/// The same, and which curves may touch anything.
 pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
     if !are_all_far(plan, work, &mut state) {
@@ -35,7 +35,7 @@ pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     work.effects.contact = state;
 }
 
-/// Where all surfaces are, and which curves may touch anything.
+/// Computes the positions of all surfaces, and which curves may touch anything.
 #[inline(always)]
 fn look_around<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     look(plan, work, state);
@@ -214,7 +214,7 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactStat
     }
 }
 
-/// Where the axes of a point are; of none, those of the frame at rest, as a base that moves sees them.
+/// Pose of the axes of a point; without a point, of the frame at rest, relative to the moving base.
 fn pose_of<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, point: Option<usize>) -> Pose {
     if let Some(point) = point {
         let point = &work.points[point];
@@ -235,7 +235,7 @@ fn in_lane<G: Turning>(frame: G::Frame, vectors: &G::Vector<G::Pack>, lane: usiz
     G::in_space(frame, G::map_vector(vectors, |pack: &G::Pack| pack.lane(lane)))
 }
 
-/// Finds the slopes of a curve at its samples, and what it and its parts lie in, unless that has been done in this state.
+/// Computes the slopes of a curve at its samples, and the bounding volumes of its parts, once per state.
 pub(super) fn look_closely<G: Turning>(
     plan: &Plan<G>,
     slopes: &[G::Vector<G::Pack>],
@@ -307,8 +307,8 @@ fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
     (state.near, state.near_of) = (near, near_of);
 }
 
-/// Whether parts of two curves of a rod that are no neighbours come as near to each other as their radius. The chords of curves that
-/// follow each other always meet.
+/// Whether parts of two curves of a rod that are not neighbours come within their radius of each other. The chords of adjacent curves
+/// always meet.
 fn parts_are_near<G: Turning>(
     plan: &Plan<G>,
     state: &ContactState<G::Pack>,
@@ -362,7 +362,7 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
     }
 }
 
-/// Whether a pair's ball or body is near the other side: by its own size, so that no increment of a step leads past.
+/// Whether a pair's ball or body is close to the other side: within its own size, so that no increment of a step leads past.
 fn is_rigid_near<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, pair: &Pair) -> bool {
     let ContactState { bounds, centres, corners, poses, .. } = state;
     let contacts = &plan.effects.contacts;

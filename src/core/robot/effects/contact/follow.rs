@@ -24,7 +24,8 @@ fn exact(touch: &Touch) -> LinearisedFriction {
     }
 }
 
-/// Finds how friction is linearised at each touch. Both these and those before are in order of pairs, curves and places on them.
+/// Determines the linearisation of friction at each contact point. Present and previous contact points are in the order of pairs,
+/// curves and places on them.
 pub(super) fn follow(touches: &[Touch], followed: &mut Followed) {
     let Followed { length, is_new, now, before } = followed;
     std::mem::swap(now, before);
@@ -37,7 +38,7 @@ pub(super) fn follow(touches: &[Touch], followed: &mut Followed) {
     let mut known = before.iter().peekable();
     let mut nearest: Option<&LinearisedFriction> = None;
     for (friction_ratio, touch) in now.iter_mut().zip(touches) {
-        // That of the same curve which is nearest on it.
+        // The previous contact point that is nearest on the same curve.
         while let Some(&next) = known.peek()
             && next.of <= friction_ratio.of
         {
@@ -53,19 +54,18 @@ pub(super) fn follow(touches: &[Touch], followed: &mut Followed) {
         }
         friction_ratio.linearised = match nearest.filter(|last| last.of == friction_ratio.of) {
             Some(last) => turned(last, touch, length),
-            // What begins to touch has no friction yet: it is linearised as drag.
+            // A new contact point has no friction yet: it is linearised as drag.
             None => Vector::zero(),
         };
     }
 }
 
-/// How friction is linearised at a touch, by how it was where that was seen last, if it has come that part of the way to where
-/// this led.
+/// The linearisation of friction at a contact point, from its last linearisation and the fraction of the increment that was taken.
 fn turned(last: &LinearisedFriction, touch: &Touch, length: f64) -> Vector<f64> {
     let turned = last.contact_force.turned(last.linearised, &touch.contact_force, length);
     let normal = touch.contact_point.normal;
     let turned = turned - normal * normal.dot(turned);
-    // There is no more friction than that; with more the tangent would not resist all motions.
+    // Limited to the largest friction: with more, the tangent would not resist all motions.
     let most = touch.contact_point.law.friction.into_iter().fold(0.0, f64::max);
     let size = turned.dot(turned).sqrt();
     if size > most { turned * (most / size) } else { turned }

@@ -26,10 +26,10 @@ use crate::robot::state::Workspace;
 use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::{Turning, columns};
 
-/// What touches of a plan.
+/// The contacts of a plan.
 pub(crate) struct ContactForces;
 
-/// What the two sides of a touch need against it, about the origin.
+/// Wrenches, about the origin, that the two sides of a contact point require against it.
 pub(super) fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
     let wrenches = touch.contact_point.wrenches(&touch.contact_force);
     std::array::from_fn(|s| {
@@ -39,7 +39,7 @@ pub(super) fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64
     })
 }
 
-/// Links the places along each piece where it is touched.
+/// Links the contact points along each piece.
 fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     let ContactState { touches, first_along, next_along, .. } = contact;
     first_along.fill(None);
@@ -52,7 +52,7 @@ fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     }
 }
 
-/// Adds what the places along a piece where it is touched need to the internal wrench at its nodes; returns their sum.
+/// Adds the wrenches required at the contact points along a piece to the internal wrench at its nodes; returns their sum.
 #[inline(always)]
 pub(crate) fn carry<G: Turning>(
     plan: &Plan<G>,
@@ -83,14 +83,14 @@ pub(crate) fn carry<G: Turning>(
     sum
 }
 
-/// Which part of a touch lies beyond a cut through one side, at this distance from its place, metres.
+/// Fraction of a contact point's force that acts beyond a cut through one side, at this distance from its place in metres.
 fn beyond_cut<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch, s: usize, cut: f64) -> f64 {
     let at_once = if cut <= 0.0 { 1.0 } else { 0.0 };
     let Some(share) = touch.share else { return at_once };
     if s == 0 {
         return share.beyond(cut);
     }
-    // The other rod is touched along the shadow of the first one.
+    // On the other rod, contact extends along the projection of the first one.
     let [Some(first), Some(second)] = touch.sides.map(|side| direction(plan, work, side)) else {
         return at_once;
     };
@@ -102,7 +102,7 @@ fn beyond_cut<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch, s:
     if cosine > 0.0 { part } else { 1.0 - part }
 }
 
-/// Direction of a rod at the node nearest to a place where it is touched.
+/// Direction of a rod at the node nearest to a contact point.
 fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: Standing) -> Option<Vector<f64>> {
     let Standing::Along { curve, x } = side else { return None };
     let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
@@ -114,8 +114,8 @@ fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: Standing) ->
 }
 
 impl<G: Turning> PartialWrench<G> for ContactForces {
-    /// Places along a rod where it is touched are in no nodal integral. They act like points, or share what is spread between
-    /// them.
+    /// Contact points along a rod are not part of the nodal integrals: they act like points, or by their shares of a distributed
+    /// force.
     fn beyond(plan: &Plan<G>, piece: &PiecePlan<G>, work: &Workspace<G>, place: &Place) -> Wrench<G, f64> {
         let mut sum = Wrench::zero();
         let contact = &work.effects.contact;
@@ -162,7 +162,7 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         }
     }
 
-    /// Nothing: pieces carry its wrenches ([`carry`]).
+    /// Nothing: [`carry`] adds its wrenches to the pieces.
     #[inline(always)]
     fn push(_: &Plan<G>, _: &Workspace<G>, _: &mut [f64]) {}
 
@@ -174,7 +174,7 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         weights: Weights,
         tangent: &mut Tangent<'_>,
     ) {
-        // What couples branches is solved with all entries.
+        // Robots whose effects couple branches use the dense solver.
         let Tangent::Dense(matrix) = tangent else { return };
         if weights.is_mass_only {
             return;
@@ -220,12 +220,12 @@ impl NoLineResponse for ContactForces {}
 impl NoSupply for ContactForces {}
 impl NoVelocityDependence for ContactForces {}
 
-/// Whether surfaces may touch in the shape that was looked at last.
+/// Whether surfaces may touch in the shape evaluated last.
 pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {
     contact.is_rigid_near || contact.is_near.contains(&true)
 }
 
-/// Adds the derivative of the forces of a touch. Cost: 6 products for each entry and side that its row moves.
+/// Adds the derivative of the forces of a contact point. Cost: 6 products for each entry and side that its row moves.
 struct Stiffen<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
@@ -235,8 +235,8 @@ struct Stiffen<'a, G: Turning> {
     touch: usize,
 }
 
-/// How a place at the centre of a side moves for a unit rate of a coordinate, and how its motion changes with it, from the
-/// twist Psi there and `int ad_V S` (see `line::changes`).
+/// Displacement of the centre of a side per unit of a coordinate, and the change of its motion, from the twist Psi there and
+/// `int ad_V S` (see `line::changes`).
 #[inline(always)]
 fn changes<G: Turning>(
     plan: &Plan<G>,
@@ -314,7 +314,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             sliding.write(&pair.reaches, weights.q, moved, &mut rows.slides);
         }
         for reach in &pair.reaches {
-            // The last pack may hold coordinates behind the range: their answers are not used, or found later.
+            // The last pack may contain coordinates behind the range: their results are not used, or computed later.
             for first in reach.clone().step_by(LANES) {
                 let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
                 let mut answered = answer(touch, contact_point, linearised, weights, motions);
@@ -340,7 +340,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
     }
 }
 
-/// Adds the generalised forces of the answers of both sides to the motions of coordinates in these ranges.
+/// Adds the generalised forces of the changed wrenches of both sides, for coordinates in these ranges.
 #[inline(always)]
 fn add_forces<G: Turning>(
     n: usize,
@@ -352,7 +352,7 @@ fn add_forces<G: Turning>(
     for rows in reaches {
         for (s, components) in moved.as_chunks::<6>().0.iter().enumerate() {
             let components = components.each_ref().map(|component| &component[rows.clone()]);
-            // Coordinates that move the other side alone feel nothing of this one, and the world does not answer.
+            // Coordinates that move only the other side, and the world, have no entries here.
             if components.iter().all(|component| component.iter().all(|x| *x == 0.0)) {
                 continue;
             }
@@ -372,7 +372,7 @@ fn motions<P: Lanes>(components: &[Vec<f64>; 12], first: usize) -> [Motion<P>; 2
     [motion(of_first, first), motion(of_second, first)]
 }
 
-/// Of one side.
+/// The motion of one side.
 #[inline(always)]
 fn motion<P: Lanes>([a, b, c, d, e, f]: &[Vec<f64>; 6], first: usize) -> Motion<P> {
     [
@@ -386,7 +386,7 @@ fn pack<P: Lanes>(numbers: &[f64], first: usize) -> P {
     P::from_lanes(numbers[first..].as_chunks().0[0])
 }
 
-/// The wrenches that both sides answer, about their centres, for displacements and changes of their motion.
+/// Changes of the required wrenches of both sides, about their centres, for displacements and changes of their motion.
 #[inline(always)]
 fn answer<T: Scalar>(
     touch: &Touch,
@@ -414,7 +414,7 @@ fn rate<T: Scalar>([turn, shift]: Motion<T>, [spin, velocity]: Motion<T>, [q, v]
     [turn * v + spin * q, shift * v + velocity * q]
 }
 
-/// What a side answers, from the change of its wrench and its rotation.
+/// Change of a side's required wrench relative to its material, from the change of the wrench and the rotation.
 #[inline(always)]
 fn answered<T: Scalar>([moment, force]: Motion<T>, wrench: Motion, turn: Vector<T>) -> Motion<T> {
     [-Vector::all(wrench[0]).cross_add(turn, moment), -Vector::all(wrench[1]).cross_add(turn, force)]
@@ -426,7 +426,7 @@ fn six<T: Scalar>([angular, linear]: Motion<T>) -> [T; 6] {
     [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
 }
 
-/// Adds to each entry the sum of the factors times what belongs to it: those of the turn, then those of the shift.
+/// Adds to each entry the products of the factors with its row: those of the rotation, then those of the displacement.
 #[inline(always)]
 fn add_products<P: Lanes>(entries: &mut [f64], of: [&[f64]; 6], factors: [f64; 6]) {
     let (packs, rest) = entries.as_chunks_mut::<LANES>();

@@ -2,19 +2,19 @@
 
 use crate::robot::effects::contact::plan::{MOST_CHANGES, MOST_INTERVALS};
 
-/// Steps of regula falsi, and places between two samples at which an overlap is looked for.
+/// Maximum number of steps of regula falsi, and of places between two samples at which the gap is evaluated.
 const MOST_STEPS: usize = 60;
 
-/// Places between two others are that part of the way from these, at least.
+/// Smallest distance of an intermediate place from both ends, as a fraction of the interval.
 const BESIDE_ENDS: f64 = 0.02;
 
-/// Where one end sees nothing, pieces of less than that part of the way between two samples are not divided.
+/// If the gap is infinite at one end, intervals shorter than this fraction of the distance of two samples are not divided.
 const HIDDEN: f64 = 1e-3;
 
-/// A place where another part of a solid becomes the nearest one is known to that part of what is divided there.
+/// Accuracy of a place at which another feature of a solid becomes the nearest one, as a fraction of the divided interval.
 const NARROW: f64 = 1e-10;
 
-/// Places closer than that part of the way between two samples are one.
+/// Places closer than this fraction of the distance of two samples count as one.
 pub(super) const SAME_PLACE: f64 = 1e-13;
 
 /// Parts of a curve in which a gap is negative, in ascending order.
@@ -30,7 +30,7 @@ impl Intervals {
         self.number += 1;
     }
 
-    /// Takes out the last one if there is no room for more, and returns where it began.
+    /// Removes the last interval if there is no room for more, and returns its start.
     fn reopen(&mut self) -> Option<f64> {
         if self.number < MOST_INTERVALS {
             return None;
@@ -44,7 +44,8 @@ impl Intervals {
     }
 }
 
-/// Where between two places something changes, in ascending order; what comes back between two of a few samples is not seen.
+/// Places between two others at which the nearest feature changes, in ascending order; a change and its reversal between two samples are
+/// missed.
 pub(super) fn changes(
     feature: impl Fn(f64) -> [usize; 3],
     [from, to]: [f64; 2],
@@ -76,23 +77,22 @@ pub(super) fn changes(
     found
 }
 
-/// A gap between 0 and 1 that bends down by no more than `bend`: with `bend x^2 / 2` added to it, it is convex.
+/// A gap as a function on [0, 1] whose second derivative is at least `-bend`: with `bend x^2 / 2` added, it is convex.
 ///
-/// The distance of a point from a convex solid is convex, and along a curve it bends down by no more than the second derivative
-/// of the curve; beside a smooth surface that is not convex, by its curvature more. Between two places such a gap lies above the
-/// two parabolas that its values and slopes there begin (cutting planes: Kelley 1960), and below the one through both values:
-/// overlaps are excluded by a bound.
+/// The distance of a point from a convex solid is convex; along a curve its second derivative is at least minus that of the curve, and
+/// lower by the curvature of the surface if that is not convex. Between two places such a gap lies above the two parabolas through
+/// their values and slopes (cutting planes: Kelley 1960), and below the parabola through both values, so that overlaps can be excluded.
 pub(super) struct Gap<F> {
     /// Value and slope at a place.
     pub(super) at: F,
     pub(super) bend: f64,
-    /// Overlaps of no more than that are none.
+    /// Overlaps up to this size do not count.
     pub(super) negligible: f64,
 }
 
-/// A gap to the wall of a bore, and its slope, as its search needs it: where the gap g is as large as the clearance C, which becomes smaller as
-/// the rod widens, in the middle of the bore, it has a peak, next to which it bends down by any amount. `g - g^2 / (2 C)` does not, has the
-/// same zeros, and there the same slope; larger gaps than the clearance are as good as that.
+/// A gap g to the wall of a bore, and its slope, transformed for the search to `g - g^2 / (2 C)` with the clearance C, which shrinks as
+/// the rod widens. In the middle of the bore, g = C has a peak with unbounded negative second derivative; the transformed gap has the
+/// same zeros with the same slopes and a bounded one. Gaps are limited to the clearance.
 pub(super) fn up_to_clearance((value, slope): (f64, f64), clearance: f64, widening: f64) -> (f64, f64) {
     if clearance <= 0.0 {
         return (value, slope);
@@ -118,18 +118,18 @@ impl Place {
     }
 }
 
-/// Where a gap is negative, so far.
+/// State of the search for intervals of negative gap.
 struct Search {
     found: Intervals,
-    /// Where the interval begins that has not ended yet.
+    /// Start of the interval that has not ended yet.
     begin: Option<f64>,
-    /// How many more places may be looked at.
+    /// Remaining number of evaluations.
     left: usize,
 }
 
 impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
-    /// Where it is negative, by its values and slopes at 0 and 1. `hints` are places in ascending order where it may be low although
-    /// nothing at the ends says so, because it is the smallest of several gaps.
+    /// Intervals of negative gap, from values and slopes at 0 and 1. `hints` are places in ascending order at which the gap, the
+    /// smallest of several ones, may be low although its values at the ends do not show it.
     pub(super) fn touched(&self, ends: [(f64, f64); 2], hints: &[f64]) -> Intervals {
         let [start, end] = [Place::new(0.0, ends[0]), Place::new(1.0, ends[1])];
         let begin = start.is_touched.then_some(0.0);
@@ -174,12 +174,11 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
         self.divide(side(b.is_touched), b, search);
     }
 
-    /// Where to look for an overlap between two places without one: where both bounds from below are equally low, if that is below
-    /// zero.
+    /// Next place to evaluate between two places of positive gap: where both lower bounds intersect, if they are negative there.
     fn closes_at(&self, a: Place, b: Place) -> Option<f64> {
         let (h, bend) = (b.x - a.x, self.bend);
         if !(a.value.is_finite() && b.value.is_finite()) {
-            // One end sees nothing: the bound of the other one reaches there.
+            // The gap is infinite at one end: the bound of the other one extends there.
             let towards = if a.value.is_finite() { a.slope } else { -b.slope };
             let lowest = a.value.min(b.value) + (towards - 0.5 * bend * h) * h;
             return (lowest < -self.negligible && h > HIDDEN).then_some(a.x + 0.5 * h);
@@ -193,7 +192,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
         (lowest < -self.negligible).then_some(a.x + inside(t, h))
     }
 
-    /// Where to look for a gap between two places that overlap: where the bound from above is highest, if that is above zero.
+    /// Next place to evaluate between two places of negative gap: where the upper bound is highest, if it is positive there.
     fn opens_at(&self, a: Place, b: Place) -> Option<f64> {
         let (h, bend) = (b.x - a.x, self.bend);
         if bend <= 0.0 {
@@ -205,7 +204,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
         (highest > self.negligible).then_some(a.x + inside(t, h))
     }
 
-    /// Where it is zero between two places of different signs.
+    /// Zero of the gap between two places of different signs.
     fn zero(&self, a: Place, b: Place) -> Place {
         let slope = std::cell::Cell::new(0.0);
         let value = |x: f64| {
@@ -219,7 +218,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
 }
 
 impl Search {
-    /// The sign changes at a place. Intervals that are too many are joined to the last one: gaps in it do not press.
+    /// Notes a change of sign at a place. Excess intervals are merged with the last one: positive gaps in it have no force.
     fn change(&mut self, x: f64) {
         match self.begin.take() {
             Some(begin) => self.found.push([begin, x]),
@@ -228,7 +227,7 @@ impl Search {
     }
 }
 
-/// A place between 0 and h, but not at these.
+/// A place strictly between 0 and h.
 fn inside(t: f64, h: f64) -> f64 {
     t.clamp(BESIDE_ENDS * h, (1.0 - BESIDE_ENDS) * h)
 }
@@ -238,7 +237,7 @@ fn zero(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut at_a, mut at_b]: 
     let mut side = 0;
     for _ in 0..MOST_STEPS {
         if !(at_a.is_finite() && at_b.is_finite()) {
-            // What is not seen from one end: halve.
+            // Infinite at one end: bisect.
             let middle = 0.5 * (a + b);
             let at = f(middle);
             if (at < 0.0) == (at_a < 0.0) {

@@ -88,7 +88,7 @@ impl Surface {
         }
     }
 
-    /// What contact asks of the shape; `None` for rods and balls.
+    /// The shape as contacts use it; `None` for rods and balls.
     pub(crate) fn shape(&self) -> Option<&dyn Shape> {
         self.obstacle().map(Obstacle::shape)
     }
@@ -114,7 +114,7 @@ impl Surface {
     }
 }
 
-/// Stiffness of a contact that does not follow from the loads.
+/// A stiffness of a contact that users set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stiffness {
     /// A number, in N/m^2 along rods, in N/m for balls and for each corner and edge of bodies.
@@ -142,9 +142,9 @@ pub struct Contact {
     /// mu of the first surface for sliding forward along its rod, backward, and sideways; balls use one value
     /// for all three.
     pub friction: [f64; 3],
-    /// Coefficient of friction at rest, at least that of sliding, which is the same in all directions then; `None` is that of sliding.
+    /// Coefficient of static friction, at least that of sliding, which must then be isotropic; `None` is that of sliding.
     pub static_friction: Option<f64>,
-    /// v_st, in m/s: friction falls from that at rest to that of sliding over about this velocity.
+    /// v_st, in m/s: friction falls from the static to the sliding value over about this velocity.
     pub stribeck_velocity: f64,
     /// v_s, in m/s. Sticking surfaces creep at less than this velocity.
     pub slip_velocity: f64,
@@ -158,8 +158,8 @@ impl Contact {
     pub const DISSIPATION: f64 = 1.0;
     /// Default slip velocity in m/s, far below the velocities of robots.
     pub const SLIP_VELOCITY: f64 = 1e-4;
-    /// Default Stribeck velocity in m/s, the largest one of those over which dry friction of metals and polymers falls, 1 mm/s to 0.1 m/s
-    /// (Armstrong-Hélouvry, Dupont and Canudas de Wit 1994, section 2.2): steps of fixed size resolve it best.
+    /// Default Stribeck velocity in m/s: the upper end of the range for metals and polymers, 1 mm/s to 0.1 m/s (Armstrong-Hélouvry,
+    /// Dupont and Canudas de Wit 1994, section 2.2), which steps of fixed size resolve best.
     pub const STRIBECK_VELOCITY: f64 = 0.1;
 
     /// Whether one of its surfaces is that of a rod.
@@ -195,7 +195,7 @@ impl Contact {
         for (surface, place) in self.surfaces.iter().zip(["a", "b"]) {
             surface.check(&mut check, place, length);
         }
-        // Here only whether links are equal matters, not how they are called.
+        // Only whether links are equal matters here, not their names.
         let described = self.described(&|link| LinkName(link.to_string()));
         check.all(described.validate());
         check.finish()

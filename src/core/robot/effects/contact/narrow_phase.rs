@@ -1,4 +1,4 @@
-//! The narrow phase of contact detection: where the surfaces of a pair touch.
+//! The narrow phase of contact detection: contact points of a pair of surfaces.
 //!
 //! A rod has contact forces along its whole overlap with another surface: `int k d ds`. Between two samples
 //! of its curve, the zeros of the gap bound the overlapping part, over which Gaussian quadrature is used.
@@ -25,14 +25,14 @@ use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 use std::ops::Range;
 
-/// Overlaps of less than that part of the radius of a rod need not be found: they press by as little.
+/// Overlaps below this fraction of the radius of a rod are ignored; their forces are as small.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// Places of a part that are looked at because parts of another rod are near, at most, and how far apart they are at least.
+/// Maximum number of places of a part that are examined because parts of another rod are close, and their smallest distance.
 const MOST_HINTS: usize = 8;
 const SAME_HINT: f64 = 0.02;
 
-/// A solid where it is.
+/// A solid at its current pose.
 pub(super) fn placed<'a, G: Turning>(plan: &'a Plan<G>, poses: &'a [Pose], solid: usize) -> Placed<'a> {
     let Fixed { on, solid: own } = &plan.effects.contacts.solids[solid];
     Placed { solid: own, pose: on.map(|_| &poses[solid]) }
@@ -46,19 +46,19 @@ pub(super) struct Near<'a> {
 }
 
 impl<'a> Near<'a> {
-    /// Of a pair.
+    /// The curves of a pair.
     fn of_pair(&self, p: usize) -> &'a [[usize; 2]] {
         &self.curves[self.of_pairs[p].clone()]
     }
 }
 
-/// Those of the second rod that a curve may touch.
+/// The curves of the second rod that a curve may touch.
 fn others<'a>(near: &'a [[usize; 2]], curve: usize) -> impl Iterator<Item = usize> + use<'a> {
     let first = near.partition_point(|&[c, _]| c < curve);
     near[first..].iter().take_while(move |&&[c, _]| c == curve).map(|&[_, o]| o)
 }
 
-/// What is known of all that may touch.
+/// All surfaces of a state.
 pub(super) struct Scene<'a, G: Turning> {
     pub(super) plan: &'a Plan<G>,
     pub(super) work: &'a Workspace<G>,
@@ -78,7 +78,7 @@ pub(super) struct Scene<'a, G: Turning> {
     pub(super) stiffest: &'a [f64],
 }
 
-/// Where touches go.
+/// Destination of the contact points.
 pub(super) struct Found<'a, P> {
     pub(super) touches: &'a mut Vec<Touch>,
     pub(super) up_to: &'a mut [P],
@@ -86,7 +86,7 @@ pub(super) struct Found<'a, P> {
     pub(super) polynomials: &'a mut [f64],
 }
 
-/// What a curve or a ball may meet.
+/// The surface that a curve or a ball may touch.
 #[derive(Clone, Copy)]
 enum Other<'a> {
     Solid {
@@ -95,31 +95,31 @@ enum Other<'a> {
         /// Of a ball.
         centre: Option<Vector<f64>>,
     },
-    /// The curves of a rod, but for those places that are neighbours of one of the same rod.
+    /// The curves of a rod, without neighbouring places of the same rod.
     Rod { pair: &'a Pair, first: usize, end: usize, near: &'a [[usize; 2]] },
 }
 
 impl Other<'_> {
-    /// The tube that may be around a curve.
+    /// The surface as a tube, in whose bore a curve may be.
     fn tube(&self) -> Option<&Tube> {
         if let Self::Solid { solid, .. } = self { solid.tube() } else { None }
     }
 }
 
-/// What is nearest to a point.
+/// The part of a surface nearest to a point.
 #[derive(Clone, Copy)]
 struct Nearest {
     distance: Distance,
     on: Standing,
     /// Its centre, where it is known.
     centre: Option<Vector<f64>>,
-    /// From its centre to its surface.
+    /// Distance of its centre from its surface.
     radius: f64,
-    /// Whether it turns the normal with it, as sections do that are not round: its centre is then that of the first side.
+    /// Whether the normal rotates with it, as for sections that are not round: its centre is then that of the first side.
     is_carried: bool,
 }
 
-/// A first side that may touch: where it is, and how much of the stiffness there is.
+/// A place of the first side that may touch, and its share of the stiffness.
 struct First {
     on: Standing,
     centre: Vector<f64>,
@@ -131,7 +131,7 @@ struct First {
     share: Option<Share>,
 }
 
-/// What of the surface of a rod is nearest to a point, whose nearest place on the axis is known.
+/// The part of a rod's surface nearest to a point, whose nearest place on the axis is known.
 fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Nearest {
     let [position, slope, bend] = part.at(x);
     let way = point - position;
@@ -146,14 +146,14 @@ fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Near
         let distance = elliptic_tube::distance(point, &section, course.as_ref());
         return Nearest { distance, on, centre: None, radius: smaller(semi_axes), is_carried: true };
     }
-    // As seen from the point the surface bends about the axis, unless the place is an end.
+    // The surface is curved about the axis, unless the place is an end.
     let slide = Slide::new(way, [slope, bend], part.widening());
     let turning = slide.map(|slide| (slide.across, slide.stretch));
     let distance = Distance::from_curve(way, radius, turning);
     Nearest { distance, on, centre: None, radius, is_carried: false }
 }
 
-/// Of two semi-axes.
+/// Length of the smaller of two semi-axes.
 fn smaller(semi_axes: [Vector<f64>; 2]) -> f64 {
     semi_axes.map(|axis| axis.dot(axis)).into_iter().fold(f64::INFINITY, f64::min).sqrt()
 }
@@ -167,13 +167,13 @@ impl<'a, G: Turning> Scene<'a, G> {
         part(curve, index, Shape::new(curve, self.terms, self.axes), self.bends[c], seen)
     }
 
-    /// What the parts of a curve lie in.
+    /// Bounding volumes of the parts of a curve.
     fn spans(&self, c: usize) -> &[Span] {
         let curve = &self.plan.effects.contacts.curves[c];
         &self.spans[curve.first_sample..][..curve.samples.len() - 1]
     }
 
-    /// Finds where the two of a pair touch.
+    /// Finds the contact points of a pair.
     pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
         let other = match &pair.sides[1] {
@@ -230,7 +230,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// Adds the touches of the corners and edges of a body.
+    /// Adds the contact points of the corners and edges of a body.
     #[inline(never)]
     fn meet_body(
         &self,
@@ -265,19 +265,19 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// Whether a curve can be near the other.
+    /// Whether a curve can be close to the other surface.
     fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
         let Other::Rod { near, .. } = *other else { return self.is_near[c] };
         others(near, c).next().is_some()
     }
 
-    /// Whether a part of a curve can be near the other.
+    /// Whether a part of a curve can be close to the other surface.
     fn part_may_meet(&self, c: usize, index: usize, other: &Other<'_>) -> bool {
         let Other::Rod { pair, near, .. } = *other else { return true };
         self.near_parts(c, index, pair, near).next().is_some()
     }
 
-    /// What the parts of another rod lie in that can be near a part of a curve.
+    /// Bounding volumes of the parts of another rod that can be close to a part of a curve.
     fn near_parts<'n>(
         &'n self,
         c: usize,
@@ -301,7 +301,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         })
     }
 
-    /// Adds the touches of a part of a curve. `seen` is what is nearest to the end of the part with that number.
+    /// Adds the contact points of a part of a curve. `seen` is the nearest part of the other surface to an end, with the index of the end.
     fn meet_along(
         &self,
         p: usize,
@@ -355,7 +355,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// Adds the touches of a part of a curve whose sections are not round.
+    /// Adds the contact points of a part of a curve whose sections are not round.
     #[inline(never)]
     fn meet_along_ellipses(
         &self,
@@ -366,7 +366,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         found: &mut Found<'_, G::Pack>,
     ) {
         let thickest = part.radii[0].max(part.radii[1]);
-        // Seen from the middle of the sections, as thick rods.
+        // From the centres of the sections, with their largest radius.
         let [[start, _], [end, _]] = part.ends;
         let [start, end] = [(0.0, start), (1.0, end)]
             .map(|(x, place)| self.distance(other, part, x, place).value - thickest);
@@ -377,7 +377,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             let semi = part.semi_axes(x).unwrap_or_default();
             self.rim(other, part, x, part.at(x)[0], semi).distance.value
         };
-        // Sections turn along the rod: the slope is that of neighbours.
+        // Sections rotate along the rod: the slope is a difference of neighbours.
         let gap = |x: f64| {
             let [before, after] = [(x - BESIDE).max(0.0), (x + BESIDE).min(1.0)];
             (value(x), (value(after) - value(before)) / (after - before))
@@ -394,8 +394,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// How much the gap between a part of a curve and the other bends down because the other is not convex, at distances of up
-    /// to half of its radius of curvature.
+    /// Contribution of a non-convex other surface to the bound of the negative second derivative of the gap, at distances up to half
+    /// of its radius of curvature.
     fn bend_of(&self, other: &Other<'_>, c: usize, part: &Part<'_>) -> f64 {
         let curvature = match *other {
             Other::Solid { solid, .. } => solid.solid.hollowness(),
@@ -408,10 +408,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         bend + self.bend_in_bore(other, part, bend)
     }
 
-    /// How much more the gap to the wall of a tube bends down, as [`up_to_clearance`] tells it, by twice the bend of the tube along the part.
+    /// The same for the transformed gap to the wall of a tube ([`up_to_clearance`]), by twice the bend of the tube along the part.
     ///
-    /// With the distance rho from the centre line and the clearance C, that is `(C^2 - rho^2) / (2 C)`, and bends down by the square of the
-    /// velocity across the centre line over C, and by the bends of both curves.
+    /// With the distance rho from the centre line and the clearance C, the gap is `(C^2 - rho^2) / (2 C)`. Its negative second derivative
+    /// is the square of the velocity across the centre line over C, plus those of both curves.
     fn bend_in_bore(&self, other: &Other<'_>, part: &Part<'_>, bend: f64) -> f64 {
         let (Other::Solid { solid, .. }, Some(tube)) = (other, other.tube()) else { return 0.0 };
         let clearance = tube.radius() - part.radii[0].max(part.radii[1]);
@@ -423,8 +423,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         fastest * fastest / clearance + part.bend
     }
 
-    /// Where a part of a curve may come near the other although the gaps at its ends do not tell: a rod is the union of its parts,
-    /// each of which is nearest to the chord of this one somewhere.
+    /// Places at which a part of a curve may come close to another rod although the gaps at its ends do not show it: for each close part
+    /// of that rod, the place nearest to its chord.
     fn hints<'b>(
         &self,
         c: usize,
@@ -447,8 +447,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         &hints[..number]
     }
 
-    /// Adds the touches of what lies between two places of a part of a curve, divided where another part of a solid becomes the
-    /// nearest one: there the gap is not smooth.
+    /// Adds the contact points between two places of a part of a curve, divided where another feature of a solid becomes the nearest one:
+    /// there the gap is not smooth.
     fn meet_features(
         &self,
         p: usize,
@@ -477,7 +477,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         self.meet_between(p, c, part, [begin, to], other, found);
     }
 
-    /// Adds the touches of what lies between two places of a part of a curve.
+    /// Adds the contact points between two places of a part of a curve.
     fn meet_between(
         &self,
         p: usize,
@@ -516,7 +516,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// How far the other is from a point that belongs to a place of a part; infinitely far where there is nothing but neighbours.
+    /// Distance of the other surface from a point at a place of a part; infinite if there are only neighbours.
     fn distance(&self, other: &Other<'_>, part: &Part<'_>, x: f64, point: Vector<f64>) -> Distance {
         let nowhere =
             Distance { value: f64::INFINITY, normal: Vector::zero(), curvature: Symmetric::diagonal(0.0) };
@@ -524,7 +524,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             .map_or(nowhere, |nearest| nearest.distance)
     }
 
-    /// The place of the edge of a section of a part, with this centre and these semi-axes, that is nearest to the other.
+    /// The point of a section's edge, with this centre and these semi-axes, that is nearest to the other surface.
     fn rim(
         &self,
         other: &Other<'_>,
@@ -541,7 +541,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// The axis of the section at a place, where it matters how that lies.
+    /// The direction of the rod at a place, if friction depends on it.
     fn axis(
         &self,
         p: usize,
@@ -567,7 +567,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         if length > 0.0 { axis * length.recip() } else { axis }
     }
 
-    /// What of the other is nearest to a point, which is at that arc length of its rod.
+    /// The part of the other surface nearest to a point, which is at this arc length of its own rod.
     fn nearest(&self, other: &Other<'_>, point: Vector<f64>, arc: Option<f64>) -> Option<Nearest> {
         match other {
             Other::Solid { solid, on, centre } => {
@@ -584,7 +584,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         }
     }
 
-    /// The nearest place of the curves of a rod, but for neighbours: its curve, part, and fraction of that.
+    /// The nearest place of the curves of a rod, without neighbours: its curve, part, and fraction of the part.
     fn nearest_on_rod(
         &self,
         curves: Range<usize>,
@@ -597,7 +597,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                 begin < arc + near && end > arc - near
             })
         };
-        // The part that may come nearest is the first one, and leaves few others to be looked at.
+        // Starts with the part of the lowest bound, which excludes most others.
         let mut hope = (f64::INFINITY, curves.start, 0);
         let is_nearer = |c: usize, than: f64| {
             let (centre, radius) = self.bounds[c];
@@ -638,7 +638,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             }
         }
         let (_, curve, part, x) = best;
-        // What is nearest may be the end of what is looked at, beyond which there are neighbours.
+        // The nearest place may be an end of the searched parts, beyond which there are neighbours.
         let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
         let adjoins = |o: usize, i: usize| {
             let beyond = self.plan.effects.contacts.curves[o].arcs(i)[if x == 0.0 { 1 } else { 0 }];
@@ -651,8 +651,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         Some((curve, part, x))
     }
 
-    /// A place of a curve, in space and the frame of the plan; tells how the nodes reach it, which may be known, in the memory
-    /// of the next touch.
+    /// A place of a curve, in space and the frame of the plan. Writes the weights of the nodes, unless they are known, to the memory of
+    /// the next contact point.
     fn reach(
         &self,
         (curve, x): (usize, f64),
@@ -682,7 +682,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         G::in_space(self.plan.frame, begin + way)
     }
 
-    /// Angular velocity and velocity of a side, whose nodes are told of in the memory of the next touch.
+    /// Angular velocity and velocity of a side, whose weights of nodes are in the memory of the next contact point.
     fn motion(
         &self,
         on: Standing,
@@ -703,7 +703,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             }
             Standing::On(fixture) => match self.plan.effects.contacts.fixtures[fixture].point {
                 Some(point) => self.work.points[point].velocity,
-                // What rests in the world goes the other way than the frame.
+                // The world moves with minus the velocity of the frame.
                 None => Twist { angular: VectorSpace::zero(), linear: -self.work.surroundings.velocity },
             },
             Standing::Still => return [Vector::zero(); 2],
@@ -712,7 +712,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         [angular, G::in_space(self.plan.frame, twist.linear) + angular.cross(centre)]
     }
 
-    /// Adds a touch, if there is one; the memory of the next touch knows how its first side is reached.
+    /// Adds a contact point if the surfaces overlap; the weights of its first side are in the memory of the next contact point.
     fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
         let pair = &self.plan.effects.contacts.pairs[p];
         let &First { on, centre, radius, thickness, rolling, weight, axis, share } = first;
@@ -733,7 +733,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         let centres = [centre, of_other];
         let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));
-        // What touches itself is met twice, from both sides.
+        // Contacts of a rod with itself are found twice, from both sides.
         let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
         let Distance { normal, curvature, .. } = nearest.distance;
         let radii = [radius, nearest.radius];

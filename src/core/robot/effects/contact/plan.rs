@@ -73,7 +73,7 @@ pub(crate) struct Curve<P> {
 }
 
 impl Pair {
-    /// The stiffness with which a force presses the surfaces into each other by their thickness.
+    /// The stiffness at which a force presses the surfaces into each other by their thickness.
     pub(crate) fn yielding_to(&self, force: f64) -> f64 {
         force / self.thickness.powi(self.power)
     }
@@ -90,14 +90,14 @@ impl<P> Curve<P> {
         self.expansion.len() + self.polynomials()
     }
 
-    /// How the radius changes along the fraction of the length, at a place: it is linear between samples.
+    /// Derivative of the radius with respect to the fraction of the length at a place; the radius is linear between samples.
     pub(crate) fn widening(&self, x: f64) -> f64 {
         let next = self.samples.partition_point(|sample| sample.x <= x).clamp(1, self.samples.len() - 1);
         let [begin, end] = [&self.samples[next - 1], &self.samples[next]];
         (end.radius - begin.radius) / (end.x - begin.x)
     }
 
-    /// The arc lengths of the rod between which one of its parts lies.
+    /// Arc lengths of the rod at the ends of one of its parts.
     pub(crate) fn arcs(&self, part: usize) -> [f64; 2] {
         [part, part + 1].map(|i| self.start + self.samples[i].x * self.length)
     }

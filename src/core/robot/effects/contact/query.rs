@@ -1,4 +1,4 @@
-//! Reports about contacts: places, forces, and whether steps resolve them.
+//! Queries about contacts: contact points, forces, and whether steps resolve impacts.
 
 use std::f64::consts::PI;
 
@@ -12,19 +12,17 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// Impacts of up to that many radians of `omega h`, squared, a step are resolved: they take three steps or more, and the first
-/// one takes no more than that part of the speed.
+/// Largest `(omega h)^2` at which a step of size h resolves an impact: the impact takes at least three steps.
 const UNRESOLVED: f64 = 1.5;
 const MOST_LOST: f64 = 0.7;
 
-/// Impacts of more than that many radians a step, squared, take less than ten steps: with fewer a ball loses two hundredths of its
-/// energy, or more.
+/// Above this `(omega h)^2`, an impact takes fewer than ten steps, in which a ball loses at least two hundredths of its energy.
 const COARSE: f64 = (PI / 10.0) * (PI / 10.0);
 
-/// Surfaces that come nearer, or part, in a step by less than this part of their overlap rest on each other.
+/// Surfaces rest on each other if their distance changes in a step by less than this part of their overlap.
 const AT_REST: f64 = 1e-2;
 
-/// A contact whose surfaces overlap by more than the radius of one, and by how much.
+/// A contact whose surfaces overlap by more than a radius, and the overlap.
 pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
     let is_sunk = |touch: &&Touch| {
         let (first, [_, second]) = (touch.contact_point.thickness, touch.contact_point.radii);
@@ -34,7 +32,7 @@ pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) 
     if let Some(touch) = work.effects.contact.touches.iter().find(is_sunk) {
         return Some((plan.effects.contacts.pairs[touch.pair].contact, touch.contact_point.overlap));
     }
-    // Bodies that are in each other up to their middles need not touch with a corner or an edge.
+    // Bodies that penetrate each other up to their middles need not have contact points at corners or edges.
     plan.effects.contacts.pairs.iter().find_map(|pair| {
         let [Side::Body(body), Side::Solid(solid)] = pair.sides else { return None };
         let Body { first_corner, corners, thickness, .. } = &plan.effects.contacts.bodies[body];
@@ -47,7 +45,7 @@ pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) 
     })
 }
 
-/// The pairs that touch, and overlap everywhere by so little that they only just do. `length` is that of the robot.
+/// The pairs of surfaces that only just touch, at all their contact points. `length` is that of the robot.
 pub(crate) fn reached<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, length: f64) -> Vec<usize> {
     let size = |vector: Vector<f64>| vector.dot(vector).sqrt();
     let far = length + size(plan.world.base.position);
@@ -68,19 +66,19 @@ pub(crate) fn overlap_energy<G: Turning>(work: &Workspace<G>) -> f64 {
     work.effects.contact.touches.iter().map(|touch| touch.contact_point.energy(&touch.contact_force)).sum()
 }
 
-/// Takes down how fast the surfaces that touch approach each other, the motion up to date.
+/// Stores the rates of the distances at all contact points, with the motion up to date.
 pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
     let ContactState { touches, rates, .. } = &mut work.effects.contact;
     rates.clear();
     rates.extend(touches.iter().map(|touch| touch.contact_force.rate));
 }
 
-/// Whether a step of size `h` is too long for how surfaces meet, or push each other apart, the motion at its end up to date; cached are
-/// the rates of their distances with the velocities at its beginning.
+/// Whether a step of size `h` is too long to resolve its impacts, with the motion at its end up to date, and the stored rates of
+/// distances for the velocities at its start ([`note_rates`]).
 ///
-/// Surfaces that have met within the step, which two rates tell, must not have lost much of their speed. All have a stiffness
-/// over the mass that their overlap d and the acceleration a with which it opens tell of, `omega^2 = a / d`; their
-/// impact takes `pi / omega`.
+/// Surfaces that have met within the step, according to both rates, must not have lost much of their speed. For all others, the
+/// stiffness over the mass follows from the overlap d and the acceleration a with which they separate, `omega^2 = a / d`; the impact
+/// takes `pi / omega`.
 pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
     touches.enumerate().any(|(t, (touch, &before))| {
@@ -92,13 +90,13 @@ pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64)
     })
 }
 
-/// Whether surfaces that touch, the motion up to date, approach each other, or part, in a step of size `h` by more than those that rest.
+/// Whether distances of touching surfaces change in a step of size `h` by more than at rest ([`AT_REST`]), with the motion up to date.
 pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
     let moves = |touch: &Touch| h * touch.contact_force.rate.abs() > AT_REST * touch.contact_point.overlap;
     work.effects.contact.touches.iter().any(moves)
 }
 
-/// Takes down with which accelerations surfaces that touch open, the motion up to date.
+/// Stores the accelerations with which touching surfaces separate, with the motion up to date.
 pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut openings = std::mem::take(&mut work.effects.contact.openings);
     openings.clear();
@@ -106,13 +104,13 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
     work.effects.contact.openings = openings;
 }
 
-/// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
-/// date; cached are the rates of their distances at its beginning, the time `since` ago, and the
-/// accelerations with which they open without contact forces.
+/// How surfaces separate again whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to date;
+/// stored are the rates of distances at its start, the time `since` earlier, and the accelerations of separation without contact
+/// forces.
 ///
-/// A pair alone obeys `d'' = a - omega^2 d` in its overlap d, if a presses it together: it leaves with the speed u of
-/// `u^2 = d'^2 + (omega^2 d - 2 a) d`, and comes back after `2 u / a`. That is told by what takes part, in any frame. Where rods bend, `by_weight`,
-/// a is that of the weight: what a compressed rod does to its end lasts no longer than its waves.
+/// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
+/// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
+/// `by_weight`, a is that of the weight alone: the forces of waves along a compressed rod last no longer than these.
 pub(crate) fn parting<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -143,7 +141,7 @@ pub(crate) fn parting<G: Turning>(
     found
 }
 
-/// The acceleration with which the weight alone presses the surfaces of a touch together.
+/// The acceleration with which the weight alone presses the surfaces at a contact point together.
 fn pressing_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch) -> f64 {
     let falls = |side: &Standing| match *side {
         Standing::Still => false,
@@ -155,7 +153,7 @@ fn pressing_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touc
     touch.contact_point.normal.dot(gravity) * (second - first)
 }
 
-/// The acceleration with which the surfaces of a touch open.
+/// The acceleration with which the surfaces at a contact point separate.
 fn opening<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize) -> f64 {
     let [first, second] = [0, 1].map(|side| acceleration(plan, work, t, side));
     work.effects.contact.touches[t].contact_point.normal.dot(first - second)
@@ -163,7 +161,7 @@ fn opening<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize) -> f64 {
 
 /// The hardest of the impacts in a step.
 pub(crate) struct Hardest {
-    /// The contact, by its place among those of the robot.
+    /// Index of the contact in the robot.
     pub(crate) contact: usize,
     /// Speed of the rebound over that of the approach.
     pub(crate) rebound: f64,
@@ -171,9 +169,9 @@ pub(crate) struct Hardest {
     pub(crate) longest: f64,
 }
 
-/// The impact of the surfaces that have approached each other fastest; its motion and rates are as for [`resolution`].
+/// The impact with the highest speed of approach; motion and stored rates are as for [`is_jolted`].
 pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<Hardest> {
-    /// Steps of an impact, which takes `pi / omega`: they give back more than nine tenths of its energy.
+    /// Number of steps in an impact, which takes `pi / omega`, that return more than nine tenths of its energy.
     const STEPS: f64 = 20.0;
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
     let (t, (touch, &before)) = touches.clone().min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
@@ -184,7 +182,7 @@ pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
         let opening = opening(plan, work, t);
         (opening > 0.0).then(|| touch.contact_point.overlap * touch.contact_force.stiffening() / opening)
     };
-    // Those that are stopped between others need not open.
+    // Surfaces that are stopped between others need not separate.
     let is_stopped = touch.contact_force.rate - before > MOST_LOST * before.abs();
     let of_others = || touches.filter_map(|(t, (touch, _))| square(t, touch)).reduce(f64::min);
     let square = square(t, touch).or_else(|| if is_stopped { of_others() } else { None })?;
@@ -218,13 +216,13 @@ fn rebound(approach: f64) -> f64 {
     slow / approach
 }
 
-/// How the centre of a side of a touch accelerates, in the frame of the plan (see `kernel::acceleration`).
+/// Acceleration of the centre of a side of a contact point, in the frame of the plan (see `kernel::acceleration`).
 fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side: usize) -> Vector<f64> {
     let touch = &work.effects.contact.touches[t];
     let (velocity, acceleration) = match touch.sides[side] {
         Standing::Still => return Vector::zero(),
         Standing::On(fixture) => {
-            // The frame is inertial: what rests in the world is not accelerated in it.
+            // The frame is inertial: bodies at rest in the world have no acceleration in it.
             let Some(point) = plan.effects.contacts.fixtures[fixture].point else { return Vector::zero() };
             (work.points[point].velocity, work.points[point].acceleration)
         }
@@ -251,10 +249,10 @@ fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side:
     G::in_space(plan.frame, linear)
 }
 
-/// A place where two surfaces touch, as a robot tells it.
+/// A contact point in the robot's own order of surfaces, in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReportedTouch {
-    /// The contact, by its place among those of the robot.
+    /// Index of the contact in the robot.
     pub contact: usize,
     /// On the first surface, metres.
     pub position: Vector<f64>,
@@ -268,14 +266,14 @@ pub struct ReportedTouch {
     pub share: f64,
     /// Velocity of the first surface along the second, m/s.
     pub sliding: Vector<f64>,
-    /// Arc lengths of the rods of both surfaces, metres; of what is no rod there is none.
+    /// Arc lengths along both surfaces if they are rods, metres.
     pub along: [Option<f64>; 2],
     /// Whether an edge or corner of the other surface touches, not a face.
     pub is_at_edge: bool,
 }
 
-/// A normal that turns this much while the place of the touch moves by the radius, in radians, is that of an edge: of a sharp one it
-/// turns by more than one, on a face by nothing.
+/// Rotation of the normal, in radians per displacement by the radius, from which a contact point counts as on an edge: more than one at a
+/// sharp edge, zero on a face.
 const TURNS_AT_EDGE: f64 = 0.5;
 
 /// Whether a side of a pair is a box or mesh that touches with an edge or corner.
@@ -286,7 +284,7 @@ fn is_at_edge<G: Turning>(plan: &Plan<G>, side: &Side, contact_point: &ContactPo
     has_faces && (xx + yy + zz) * contact_point.radii[0] > TURNS_AT_EDGE
 }
 
-/// The touches that have been found, as a robot tells them: in its own order of surfaces, in the world.
+/// The contact points found last, in the robot's own order of surfaces, in the world.
 pub(crate) fn reported<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

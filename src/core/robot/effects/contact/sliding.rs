@@ -1,14 +1,13 @@
-//! How the place of a second rod that is nearest to the first side slides along its axis, and how forces change with that: the part
-//! of the tangent beside that of places which are fixed to the material.
+//! The part of the contact tangent that is due to the contact point's motion along the axis of a second rod, in addition to the part for
+//! points fixed to the material.
 //!
-//! The row dxi of derivatives of that place with respect to the coordinates is that of `shapes::slide`. What forces change by for a
-//! unit of dxi is computed once: the wrenches of both sides, as if the place moved as the axis goes on, and the shares of the nodes
-//! of the second rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the
-//! stiffness, with a normal force f, the row `s = dxi` and the second derivative h of the distance along the axis: the distance is
-//! the smallest one there.
+//! `shapes::slide` has the row dxi of derivatives of that place with respect to the coordinates. The change of forces per unit of dxi
+//! is computed once: the wrenches of both sides, with the place moving along the axis, and the shares of the nodes of the second
+//! rod (see `force`), the row `shares`. Without friction and dissipation both together add `f h s s^T` to the stiffness, with the
+//! normal force f, the row `s = dxi` and the second derivative h of the distance along the axis, which is minimal at the place.
 //!
-//! The ends of an overlap slide along the first rod, too, and are not followed: the overlap is zero there, so that its integral does not
-//! change with them. How the error of its quadrature changes is what these tangents lack.
+//! The ends of an overlap move along the first rod as well. This is neglected: the overlap is zero there, so that its integral does not
+//! change. These tangents lack only the change of the quadrature error.
 
 use std::ops::Range;
 
@@ -24,19 +23,19 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::{Turning, columns};
 
-/// How the nearest place on the second rod of a touch slides.
+/// Motion of the nearest place on the second rod of a contact point along that rod.
 pub(super) struct Sliding {
-    /// The touch as a place sees it that does not slide.
+    /// The contact point, with a place fixed to the material.
     pub(super) contact_point: ContactPoint,
     slide: Slide,
-    /// Wrenches that both sides answer for a unit of dxi.
+    /// Changes of the required wrenches of both sides per unit of dxi.
     answers: [Motion; 2],
     /// Coordinates of its piece.
     own: Range<usize>,
 }
 
-/// Finds it, unless there is no second rod or the place is its end. Writes what nodes need for a unit of dxi, and the part of dxi that
-/// is due to strains of that rod at the place.
+/// Computes it; `None` without a second rod, or at its end. Writes the row of shares per unit of dxi, and the part of dxi due to
+/// strains of that rod at the place.
 #[inline(always)]
 pub(super) fn find<G: Turning>(
     plan: &Plan<G>,
@@ -49,7 +48,7 @@ pub(super) fn find<G: Turning>(
     let centre = touch.centres[1];
     let way = touch.centres[0] - centre;
     let length = way.dot(way).sqrt();
-    // Sections that are not round carry the normal with them, and a point on the axis has none.
+    // The normal rotates with sections that are not round, and a point on the axis has none.
     if touch.contact_point.is_carried || touch.contact_point.rolling.is_some() || length <= SHORTEST {
         return None;
     }
@@ -83,7 +82,7 @@ pub(super) fn find<G: Turning>(
     }
     let rate = rate.sum();
     let angular = G::axial_in_space(plan.frame, rate.angular);
-    // Along the surface: as the radius changes, the distance does not.
+    // Along the surface, so that a changing radius does not change the distance.
     let along = slope + contact_point.normal * widening;
     let [turning, _] = contact_point.motions[1];
     let linear = G::in_space(plan.frame, rate.linear) + angular.cross(centre) + turning.cross(along);
@@ -97,7 +96,7 @@ pub(super) fn find<G: Turning>(
 }
 
 impl Sliding {
-    /// Completes dxi times a factor by how both sides move.
+    /// Adds the motions of both sides to dxi, and multiplies it by a factor.
     #[inline(always)]
     pub(super) fn write(
         &self,
@@ -120,7 +119,7 @@ impl Sliding {
         }
     }
 
-    /// Adds what both sides answer for a pack of coordinates.
+    /// Adds the changes of the required wrenches of both sides for a pack of coordinates.
     #[inline(always)]
     pub(super) fn add_answers<P: Lanes>(&self, slide: P, answered: &mut [Motion<P>; 2]) {
         for (answered, answers) in answered.as_flattened_mut().iter_mut().zip(self.answers.as_flattened()) {
@@ -128,7 +127,7 @@ impl Sliding {
         }
     }
 
-    /// Adds what the nodes need because their shares change with a coordinate, to its column of the tangent.
+    /// Adds the effect of changing shares of nodes with a coordinate to its column of the tangent.
     #[inline(always)]
     pub(super) fn add_shares<P>(&self, rows: &Rows<P>, coordinate: usize, column: &mut [f64]) {
         let slide = rows.slides[coordinate];

@@ -28,12 +28,12 @@ pub(crate) struct ContactState<P> {
     /// For every curve, centre and radius of a bounding ball, and whether anything may touch it.
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) is_near: Vec<bool>,
-    /// Whether any ball or body is near what it may touch.
+    /// Whether any ball or body is close to a surface that it may touch.
     pub(crate) is_rigid_near: bool,
-    /// Whether curves were seen closely in this state, and what these lie in around their chords.
+    /// Whether curves were examined closely in this state, and bounds of their distances from their chords.
     pub(crate) is_seen: Vec<bool>,
     pub(crate) chords: Vec<Span>,
-    /// Bounding balls of branches of rods (see `effect::contact::near`).
+    /// Bounding balls of branches of rods (see `broad_phase`).
     pub(crate) branches: Vec<(Vector<f64>, f64)>,
     /// Pairs of curves of two rods that may touch, by pair of surfaces in ascending order; and the range of
     /// each pair of surfaces.
@@ -51,15 +51,15 @@ pub(crate) struct ContactState<P> {
     pub(crate) stiffest: Vec<f64>,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
-    /// Whether there have been any since this was asked last.
+    /// Whether there have been contact points since the last query.
     pub(crate) has_touched: bool,
-    /// Contact points along pieces as linked lists: of the piece whose nodes begin with this pack, the first one;
-    /// and the next one of the same piece. Points and sides are counted as in `up_to`.
+    /// Contact points along pieces as linked lists: the first one of the piece whose nodes begin with this pack, and the next one of the
+    /// same piece. Points and sides are counted as in `up_to`.
     pub(crate) first_along: Vec<Option<usize>>,
     pub(crate) next_along: Vec<Option<usize>>,
     /// Growth rates of the distances at the contact points of another motion.
     pub(crate) rates: Vec<f64>,
-    /// Accelerations with which the contact points open without contact forces.
+    /// Accelerations of separation at the contact points without contact forces.
     pub(crate) openings: Vec<f64>,
     /// For every contact point and side, integration weights of the piece's nodes.
     pub(crate) up_to: Vec<P>,
@@ -126,7 +126,7 @@ impl Span {
         distance::to_segment(point, self.ends) - self.width
     }
 
-    /// At which fraction of the segment it is nearest to that of another volume.
+    /// Fraction of its segment that is nearest to the segment of another volume.
     pub(crate) fn nearest_to(&self, other: &Self) -> f64 {
         distance::nearest_of_segments(self.ends, other.ends)[0]
     }
@@ -146,7 +146,7 @@ pub(crate) struct Touch {
     pub(crate) sides: [Standing; 2],
     /// Centres, in space and the frame of the plan.
     pub(crate) centres: [Vector<f64>; 2],
-    /// Its share of a contact that is spread along the first side.
+    /// Its share of a distributed contact along the first side.
     pub(crate) share: Option<Share>,
     pub(crate) contact_point: ContactPoint,
     pub(crate) contact_force: ContactForce,
@@ -162,8 +162,8 @@ pub(crate) struct Share {
 }
 
 impl Share {
-    /// Which part of it lies beyond a cut at this distance from its place, metres: forces per length are the polynomial through those
-    /// at the nodes. One before the interval, zero behind it.
+    /// Its fraction beyond a cut at this distance from its place in metres, with forces per length as the polynomial through the nodes.
+    /// One before the interval, zero behind it.
     pub(crate) fn beyond(&self, cut: f64) -> f64 {
         let place = (NODES[self.node] + cut / self.length).clamp(0.0, 1.0);
         // Lagrange's polynomial of the node, with the other nodes as its zeros, integrated up to the cut.
@@ -286,7 +286,7 @@ pub(crate) struct ContactTangent<G: Geometry> {
     pub(crate) firsts: Vec<usize>,
     pub(crate) at_nodes: Vec<[Twist<G, G::Pack>; 2]>,
     /// Displacements of both sides of the current contact point per unit coordinate, changes of their motion,
-    /// and the wrenches that they answer: each component by component, angular and linear ones of the first side,
+    /// and changes of their required wrenches: each component by component, angular and linear ones of the first side,
     /// then of the second. A pack fits behind the last coordinate.
     pub(crate) moved: [Vec<f64>; 12],
     pub(crate) faster: [Vec<f64>; 12],
@@ -295,11 +295,11 @@ pub(crate) struct ContactTangent<G: Geometry> {
     pub(crate) rows: Rows<G::Pack>,
 }
 
-/// Memory for how nearest places slide (see `effect::contact::sliding`): rows with an entry for each coordinate, like those above.
+/// Memory for the motion of nearest places along rods (see `sliding`): rows with an entry for each coordinate, like those above.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<P> {
-    /// How the place on the second side slides along its curve, and what its nodes need because their shares change, for a
-    /// unit of that.
+    /// Motion of the place on the second side along its curve per unit coordinate, and the effect of the changing shares of nodes per unit
+    /// of that motion.
     pub(crate) slides: Vec<f64>,
     pub(crate) shares: Vec<f64>,
     /// Memory for weights of nodes, and for polynomials.
@@ -308,7 +308,7 @@ pub(crate) struct Rows<P> {
     pub(crate) polynomials: Vec<f64>,
 }
 
-/// Linearisation of friction in an iteration (see `effect::contact::follow`).
+/// Linearisation of friction in an iteration (see `follow`).
 #[derive(Clone, Debug)]
 pub(crate) struct Followed {
     /// Fraction of the last increment that was taken; `None` for exact tangents.

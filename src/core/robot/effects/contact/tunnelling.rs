@@ -25,28 +25,29 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// What passes through each other overlaps on the way by more than that part of a radius.
+/// Surfaces count as having passed through each other if they overlap on the way by more than this part of a radius.
 const DEEP: f64 = 0.5;
 
-/// What touches on the way overlaps by more than [`DEEP`] of that part of a radius.
+/// Surfaces count as having touched on the way if they overlap by more than [`DEEP`] of this part of a radius.
 const TOUCHED: f64 = 0.04;
 
-/// Ways and patches of less than that part of it hide nothing so deep.
+/// Paths and patches shorter than this part of the radius cannot contain such an overlap unseen.
 const SHALLOW: f64 = 0.2;
 
-/// Pieces of a way may bend by that part of it, and there are so many of them at most.
+/// Largest deviation of a piece of a path from its chord, as a part of the radius, and the maximum number of pieces.
 const STRAIGHT: f64 = 0.05;
 const MOST_PIECES: usize = 64;
 
-/// Two poses tell of turns by less than half a revolution only: beyond that angle, in radians, steps are shortened.
+/// Two poses determine a rotation only below half a revolution: beyond this angle, in radians, a solid counts as having passed through
+/// everything within its reach, so that steps are shortened.
 const LARGEST_TURN: f64 = 2.0;
 
-/// Whether there is anything that has two sides.
+/// Whether any pair has a surface with two sides.
 pub(crate) fn is_possible<G: Turning>(plan: &Plan<G>) -> bool {
     plan.effects.contacts.pairs.iter().any(|pair| has_two_sides(plan, pair))
 }
 
-/// Whether what touches may be on either side of the other surface.
+/// Whether the first side of a pair may be on either side of the second.
 pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
     match pair.sides[1] {
         Side::Solid(solid) => plan.effects.contacts.solids[solid].solid.can_be_passed(),
@@ -54,7 +55,7 @@ pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
     }
 }
 
-/// Takes down where surfaces are, as was seen last.
+/// Stores the positions of surfaces in the shape evaluated last.
 pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.effects.contact;
     let Cached { of, places, bounds, centres, corners, poses, .. } = &mut contact.cached;
@@ -68,7 +69,7 @@ pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
     poses.clone_from(&contact.poses);
 }
 
-/// Finds how far the curves have moved since that.
+/// Computes how far the curves have moved since the stored shape.
 fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let ContactState { cached: Cached { places, moved, .. }, samples, .. } = &mut work.effects.contact;
     moved.clear();
@@ -87,7 +88,7 @@ fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     broad_phase::enclose(&plan.effects.contacts, swept, branches);
 }
 
-/// Whether any pair has passed through each other between what was cached and what was seen last.
+/// Whether the surfaces of any pair have passed through each other between the stored shape and the one evaluated last.
 pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
     measure_ways(plan, work);
     if have_rods_crossed(plan, work, measure) {
@@ -173,7 +174,7 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
     have_crossed
 }
 
-/// The radius of what is round all over, zero of others.
+/// The radius of a sphere or capsule, zero for other solids.
 fn round(solid: &Solid) -> f64 {
     Placed { solid, pose: None }.round()
 }
@@ -187,8 +188,8 @@ impl Radius {
         }
     }
 
-    /// The measure of what has this radius beside a solid. The wall of a tube pushes to the side that is nearer, and chords of rods cut through it in
-    /// bends: only its middle tells the sides from each other.
+    /// The reference length for overlaps of a surface with this radius and a solid. For the wall of a tube, only passing its middle
+    /// counts: the wall pushes to the nearer side, and chords of rods cut through it in bends.
     fn beside(self, radius: f64, solid: &Solid) -> f64 {
         match (self, solid) {
             (Self::Smaller | Self::Larger, Solid::Tube(tube)) => radius + tube.deepest(),
@@ -196,27 +197,27 @@ impl Radius {
         }
     }
 
-    /// The part of a measure that counts.
+    /// The part of a radius that counts.
     fn part(self) -> f64 {
         if self == Self::Touching { TOUCHED } else { 1.0 }
     }
 }
 
-/// Where a place was, and where it is.
+/// Previous and present position of a place.
 type Way = [Vector<f64>; 2];
 
-/// A part of a curve between two samples, and how its ends have moved.
+/// A part of a curve between two samples, with the paths of its ends.
 struct Part {
     ways: [Way; 2],
     radius: f64,
-    /// How far it reaches in the direction in which that is least: what passes through it gets nearer than that.
+    /// Its smallest half extent: a surface that passes through it comes closer than this.
     thin: f64,
     arc: f64,
     length: f64,
 }
 
 impl Part {
-    /// A ball around all that it sweeps.
+    /// A ball around the volume that it sweeps.
     fn bound(&self) -> (Vector<f64>, f64) {
         let (centre, radius) = Patch(self.ways).bound();
         (centre, radius + self.radius)
@@ -225,19 +226,19 @@ impl Part {
 
 struct Ways<'a, G: Turning> {
     plan: &'a Plan<G>,
-    /// Coordinates now.
+    /// Present coordinates.
     q: &'a [f64],
     contact: &'a ContactState<G::Pack>,
     measure: Radius,
 }
 
 impl<G: Turning> Ways<'_, G> {
-    /// A ball around all that a curve sweeps.
+    /// A ball around the volume that a curve sweeps.
     fn bound(&self, curve: usize) -> (Vector<f64>, f64) {
         self.contact.cached.swept[curve]
     }
 
-    /// All that a curve sweeps, around its chord.
+    /// The volume that a curve sweeps, around its chord.
     fn swept(&self, curve: usize) -> Span {
         self.contact.chords[curve].widened(self.contact.cached.moved[curve])
     }
@@ -246,7 +247,7 @@ impl<G: Turning> Ways<'_, G> {
         [self.contact.cached.centres[ball], self.contact.centres[ball]]
     }
 
-    /// A solid that moves in the frame, and how.
+    /// A moving solid with its motion; `None` if it is at rest in the frame.
     fn moving(&self, solid: usize) -> Option<Moving<'_>> {
         let Fixed { on, solid: own } = &self.plan.effects.contacts.solids[solid];
         let Self { q, contact, .. } = self;
@@ -258,7 +259,7 @@ impl<G: Turning> Ways<'_, G> {
         })
     }
 
-    /// Whether the corners and edges of a body have come so deep into a solid that its surface does not tell any more where they entered.
+    /// Whether corners or edges of a body have come so deep into a solid that the nearest surface may not be the one they entered by.
     fn has_body_tunnelled(&self, body: &Body, solid: usize) -> bool {
         let own = body.first_corner..body.first_corner + body.corners.len();
         let corners =
@@ -300,12 +301,12 @@ impl<G: Turning> Ways<'_, G> {
         })
     }
 
-    /// Whether parts of two curves that may be near each other have passed through each other.
+    /// Whether parts of two curves that may be close to each other have passed through each other.
     fn have_crossed(&self, pair: &Pair, c: usize, o: usize) -> bool {
         self.parts(c).any(|part| {
             let (centre, radius) = part.bound();
             self.parts(o).any(|other| {
-                // Both orders of what touches itself are met: one is enough.
+                // Pairs of a rod with itself appear in both orders: one suffices.
                 let is_far =
                     pair.neighbourhood == 0.0 || other.arc > part.arc + part.length + pair.neighbourhood;
                 let (there, of_other) = other.bound();
@@ -317,13 +318,13 @@ impl<G: Turning> Ways<'_, G> {
     }
 }
 
-/// A solid whose axes move straight on and turn evenly.
+/// A solid that moves with constant velocity and angular velocity between two poses.
 struct Moving<'a> {
     solid: &'a Solid,
     poses: [Pose; 2],
-    /// The rotation vector of their turn, in the axes themselves.
+    /// The rotation vector of its axes, in these axes.
     turn: Vector<f64>,
-    /// In radians; it may have turned by more than the poses tell, but not by more than that.
+    /// Upper bound of its rotation in radians, which may exceed that between both poses by whole turns.
     most_turn: f64,
 }
 
@@ -332,13 +333,13 @@ impl<'a> Moving<'a> {
         let seen = |axis: usize| before.rotation.apply_transposed(now.rotation.axis(axis));
         let Quaternion { w, v } = Quaternion::of_rotation(&Rotation { x: seen(0), y: seen(1), z: seen(2) });
         let sine = v.dot(v).sqrt();
-        // Of two quaternions the one of the shorter turn.
+        // The quaternion, of the two of a rotation, with the smaller angle.
         let angle = 2.0 * sine.atan2(w.abs()) * if w < 0.0 { -1.0 } else { 1.0 };
         let turn = if sine > 0.0 { v * (angle / sine) } else { Vector::zero() };
         Self { solid, poses: [before, now], turn, most_turn }
     }
 
-    /// Where a place on a way is in the axes, at a part of the way.
+    /// Position in the solid's axes of a place at a fraction of its path.
     fn see(&self, [from, to]: Way, x: f64) -> Vector<f64> {
         let [before, now] = &self.poses;
         if x >= 1.0 {
@@ -349,12 +350,12 @@ impl<'a> Moving<'a> {
         Quaternion::exp(self.turn * x).rotation().apply_transposed(seen)
     }
 
-    /// Whether a rod or a ball of a radius on these ways meets it as deep as it did not begin.
+    /// Whether a rod or a ball of this radius on these paths comes deeper into it than at the start, by the depth of `measure`.
     fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
         self.goes_deep(ways, radius, measure.beside(radius, self.solid))
     }
 
-    /// Whether it comes deeper than half of a measure, as it did not begin.
+    /// Whether it comes deeper than half of `measure` and deeper than at the start.
     fn goes_deep(&self, ways: [Way; 2], radius: f64, measure: f64) -> bool {
         let [before, now] = &self.poses;
         let mut bend: f64 = 0.0;
@@ -365,12 +366,12 @@ impl<'a> Moving<'a> {
             bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
         }
         if self.most_turn > LARGEST_TURN {
-            // It may have been all around.
+            // It may have been in any orientation.
             let beside = |[from, to]: Way| [from - before.position, to - now.position];
             let (centre, around) = Patch(ways.map(beside)).bound();
             return measure > 0.0 && centre.dot(centre).sqrt() < self.solid.reach() + radius + around;
         }
-        // A curve is no further from its chord than an eighth of its second derivative.
+        // A curve deviates from its chord by at most an eighth of its second derivative.
         bend /= 8.0;
         let whole = Patch(ways.map(|way| [self.see(way, 0.0), self.see(way, 1.0)]));
         let (centre, around) = whole.bound();
@@ -393,8 +394,8 @@ impl<'a> Moving<'a> {
     }
 }
 
-/// Distance of which a way must not come nearer that begins at this distance. What begins deep already may go on by half of
-/// what is left to the middle, but not through it; `None` if it begins beyond that.
+/// Smallest allowed distance along a path that starts at this distance. A path that starts deeper already may cover half of the distance
+/// to the middle; `None` if it starts beyond the middle.
 fn deeper(start: f64, deep: f64) -> Option<f64> {
     if start >= deep {
         Some(deep)
@@ -405,30 +406,29 @@ fn deeper(start: f64, deep: f64) -> Option<f64> {
     }
 }
 
-/// What lies between two ways, in space or beside what moves.
+/// The bilinear patch between two paths, in space or relative to a moving surface.
 struct Patch([Way; 2]);
 
 impl Patch {
-    /// What two ways are beside a third one.
+    /// Two paths relative to a third one.
     fn beside(ways: [Way; 2], there: Way) -> Self {
         Self(ways.map(|way| [way[0] - there[0], way[1] - there[1]]))
     }
 
-    /// A ball that it lies in.
+    /// A bounding ball.
     fn bound(&self) -> (Vector<f64>, f64) {
         let [[a, b], [c, d]] = self.0;
         let centre = (a + b + c + d) * 0.25;
         (centre, [a, b, c, d].into_iter().map(|corner| distance(centre, corner)).fold(0.0, f64::max))
     }
 
-    /// How far it goes along its ways, and across.
+    /// Its extents along the paths, and across.
     fn extents(&self) -> [f64; 2] {
         let [[a, b], [c, d]] = self.0;
         [distance(a, b).max(distance(c, d)), distance(a, c).max(distance(b, d))]
     }
 
-    /// Whether a rod or a ball of a radius that moves along it comes so deep into a solid, by a radius to measure that with, as it did
-    /// not begin.
+    /// Whether a rod or a ball of this radius that moves along it comes deeper into a solid than half of `measure` and than at the start.
     fn is_deep_in(&self, solid: &Solid, radius: f64, measure: f64) -> bool {
         let [way, _] = self.extents();
         if measure <= 0.0 || way <= SHALLOW * measure {
@@ -445,7 +445,7 @@ impl Patch {
         places.map(|place| solid.distance(place).value).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether it comes nearer to a solid than that, as far as patches of that size tell.
+    /// Whether it comes closer to a solid than `deep`, divided into patches of this size.
     fn comes_nearer(&self, solid: &Solid, deep: f64, size: f64) -> bool {
         let (centre, radius) = self.bound();
         let value = solid.distance(centre).value;
@@ -471,7 +471,7 @@ impl Patch {
     }
 }
 
-/// Whether two parts of rods come so near to each other on their ways as they did not begin.
+/// Whether two parts of rods come closer to each other on their paths than allowed ([`deeper`]).
 fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
     let measure = measure.of(part.thin, other.thin);
     let moved = |way: Way| way[1] - way[0];

@@ -1,8 +1,8 @@
 //! Buoyancy, drag and added mass of the fluid at rigid bodies.
 //!
 //! A hull is the same in all directions. Its added mass is then that of a particle at the centre of its volume,
-//! which moves with the body: it is part of the body's inertia, and a steady current exerts no moment on it. What
-//! the inertia weighs too much is lifted here. Since there are few bodies, everything is computed one by one.
+//! which moves with the body: it is part of the body's inertia, and a steady current exerts no moment on it. Its
+//! weight, which the inertia includes, is subtracted here. Since there are few bodies, everything is computed one by one.
 
 use crate::model::Energy;
 use crate::numerics::lie::{Cross, Twist, VectorSpace, Wrench};

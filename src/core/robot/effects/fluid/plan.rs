@@ -29,7 +29,7 @@ pub(crate) struct Drag<T> {
 pub(crate) struct Hull<G: Geometry> {
     /// Centre of the volume in section axes.
     pub(crate) centre: G::Vector<f64>,
-    /// Mass of the displaced fluid, `rho V`, if it bears the body.
+    /// Mass of the displaced fluid, `rho V`, if buoyancy acts.
     pub(crate) displaced: f64,
     /// `C_a rho V`.
     pub(crate) added_mass: f64,

@@ -21,7 +21,7 @@ pub(crate) fn places<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Option<Pl
     robot.magnets.iter().map(place_of).map(Some).collect()
 }
 
-/// Adds magnets to a plan whose points are known: those list the magnets that are fixed to them.
+/// Adds magnets to a plan whose points are known; points list their magnets.
 pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     if robot.magnets.is_empty() && !robot.segments().any(is_magnetised) {
         return;
@@ -49,7 +49,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     plan.effects.magnets = magnets;
 }
 
-/// Whether two places, by what moves them, keep their distance.
+/// Whether two places keep their distance, because the same pieces move them.
 fn move_alike<P: Lanes>(a: &[(usize, Vec<P>)], b: &[(usize, Vec<P>)]) -> bool {
     let lanes = |weights: &[P]| -> Vec<[f64; LANES]> {
         weights.iter().map(|pack| std::array::from_fn(|lane| pack.lane(lane))).collect()
@@ -78,7 +78,7 @@ fn density<G: Turning>(piece: &PiecePlan<G>, i: usize) -> Vector<f64> {
     Vector::from(part.segment.magnetisation.at(part.place(x))) * area
 }
 
-/// Adds magnetised segments: their densities, and where there are magnets their nodes.
+/// Adds the densities of magnetised segments and, if there are magnets, their nodes.
 fn add_segments<G: Turning>(plan: &Plan<G>, robot: &Robot, magnets: &mut Magnets<G>) {
     if !robot.segments().any(is_magnetised) {
         return;
@@ -134,7 +134,7 @@ fn add_node<G: Turning>(
     }
 }
 
-/// Adds the field as a load that acts nowhere, so that it follows time, inputs and the base like other loads.
+/// Adds the field as a load without a place of action, so that it follows time, inputs and the base like other loads.
 fn add_field<G: Turning>(plan: &mut Plan<G>, robot: &Robot, magnets: &mut Magnets<G>) {
     if robot.field.is_zero() {
         return;

@@ -4,7 +4,7 @@ use super::is_magnetised;
 use crate::robot::description::Robot;
 use crate::robot::explain::text::{Explained, counted};
 
-/// Explains what is computed for what is magnetised in a robot; nothing without a magnet.
+/// Explains what is computed for magnets and magnetised segments of a robot, if there are any.
 pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
     let segments = robot.segments().filter(|segment| is_magnetised(segment)).count();
     let mut explained = Vec::new();

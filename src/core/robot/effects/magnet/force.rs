@@ -3,7 +3,7 @@
 //! A uniform field b exerts the moment `m x b` on a moment m that turns with the material. Such a couple is that of two dead
 //! forces, b at m and -b at zero. Fields of magnets differ from place to place ([`law`](super::law)); their forces and those of
 //! magnetised segments, node by node, are computed pair by pair once all poses are known. Let y be the rotation of a dipole
-//! and W what acts on it, about its place: then what is needed against it changes by `-(dW - y x W)` relative to the material.
+//! and W the wrench on it, about its place: the wrench required against it changes by `-(dW - y x W)` relative to the material.
 
 use super::law::{Between, Dipole, Pair};
 use super::plan::{Actor, MagnetTangent, Seat};
@@ -142,7 +142,7 @@ fn wrenches(dipoles: [&Dipole; 2], Between { fields, force }: &Between) -> [[Vec
     [[moment(0), *force], [moment(1), -*force]]
 }
 
-/// Adds what is needed against this moment about a dipole and this force on it.
+/// Adds the wrench required against this moment about a dipole and this force on it.
 fn add_need<G: Turning>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
@@ -182,7 +182,7 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
         }
     }
 
-    /// Nothing: points and nodes have its wrenches.
+    /// Nothing: its wrenches are added at points and nodes.
     #[inline(always)]
     fn push(_: &Plan<G>, _: &Workspace<G>, _: &mut [f64]) {}
 
@@ -194,7 +194,7 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
         weights: Weights,
         tangent: &mut Tangent<'_>,
     ) {
-        // What couples branches is solved with all entries.
+        // Robots with magnets that couple branches use the dense solver.
         let Tangent::Dense(matrix) = tangent else { return };
         if plan.effects.magnets.pairs.is_empty() || weights.q == 0.0 {
             return;
@@ -217,7 +217,7 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
     }
 }
 
-/// Where the dipoles are, what acts on them, and how coordinates move them.
+/// Computes the dipoles in a shape, the wrenches on them, and their motion with the coordinates.
 fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTangent) {
     let MagnetTangent { dipoles, wrenches: acting, moved, .. } = memory;
     moved.fill([Vector::zero(); 2]);
@@ -239,7 +239,7 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTang
     }
 }
 
-/// What all dipoles answer to a coordinate, about their places.
+/// Changes of the required wrenches of all dipoles with a coordinate, about their places.
 fn answer<G: Turning>(plan: &Plan<G>, memory: &mut MagnetTangent, k: usize, weight: f64) {
     let MagnetTangent { dipoles, wrenches: acting, moved, answers } = memory;
     let motion = |i: usize| moved[i * plan.n + k].map(|v| v * weight);
@@ -274,7 +274,7 @@ impl<G: Turning> StoredEnergy<G> for Magnets {
     }
 }
 
-/// The moment of everything that is magnetised.
+/// The total magnetic moment.
 fn total<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> G::Vector<f64> {
     let mut sum = G::Vector::<f64>::zero();
     for fixed in &plan.effects.magnets.fixed {

@@ -25,7 +25,7 @@ impl Dipole {
     }
 }
 
-/// Fields that two dipoles feel of each other, and the force on the first one; or their changes.
+/// Fields of two dipoles at each other, and the force on the first one; or the changes of these.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Between {
     pub(super) fields: [Vector<f64>; 2],
@@ -72,7 +72,7 @@ impl Pair {
         -self.moments[0].dot(self.field(1))
     }
 
-    /// Changes for a change of the way and of both moments.
+    /// Changes for a change of the vector between the dipoles and of both moments.
     #[inline(always)]
     pub(super) fn change(&self, way_by: Vector<f64>, [a_by, b_by]: [Vector<f64>; 2]) -> Between {
         let Self { way, moments: [a, b], strength, inverse_square } = *self;

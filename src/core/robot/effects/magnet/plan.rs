@@ -9,16 +9,16 @@ use crate::robot::plan::space::Space;
 pub(crate) struct Magnets<G: Geometry> {
     /// Index of the load that stands for the uniform field, whose force is the field, if there is one.
     pub(super) field: Option<usize>,
-    /// Energy in a constant field of what is magnetised out of the plane of motion, which no motion changes.
+    /// Energy in a constant field of moments out of the plane of motion, which no motion changes.
     pub(super) aside: f64,
     pub(super) fixed: Vec<Fixed<G>>,
     /// Moment per length at all nodes, in the axes of the sections; empty if no segment is magnetised.
     pub(super) along: Vec<G::Vector<G::Pack>>,
     /// Whether the piece that begins at a pack is magnetised; empty likewise.
     pub(super) begins: Vec<bool>,
-    /// What acts on each other: first the magnets, in their order, then nodes that feel any of these.
+    /// Interacting dipoles: first the magnets, in their order, then nodes on which any of these act.
     pub(super) actors: Vec<Actor<G::Pack>>,
-    /// Pairs of them that move against each other. The first one is a magnet.
+    /// Pairs of them that move relative to each other. The first one is a magnet.
     pub(super) pairs: Vec<[usize; 2]>,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Fixed<G: Geometry> {
     pub(super) point: usize,
 }
 
-/// Where a dipole is.
+/// Location of a dipole.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Seat {
     /// At a point.
@@ -38,7 +38,7 @@ pub(super) enum Seat {
     Node { pack: usize, lane: usize, weight: f64 },
 }
 
-/// What has a field or feels that of others.
+/// A dipole with a field, or in the field of others.
 #[derive(Clone, Debug)]
 pub(super) struct Actor<P> {
     pub(super) seat: Seat,
@@ -78,7 +78,7 @@ pub(crate) struct MagnetTangent {
     pub(super) wrenches: Vec<[Vector<f64>; 2]>,
     /// Rotation and shift of each for a unit of every coordinate: entry `[actor * n + k]`.
     pub(super) moved: Vec<[Vector<f64>; 2]>,
-    /// What each answers to a coordinate.
+    /// Change of the required wrench of each with a coordinate.
     pub(super) answers: Vec<[Vector<f64>; 2]>,
 }
 

@@ -127,7 +127,7 @@ pub(crate) fn gradient<'a, G: Turning>(
     &memory.gradient
 }
 
-/// The same with the length of what each straight part's ends move relative to each other for its part.
+/// The same with the length of the relative displacement of its ends as the contribution of each straight part.
 pub(crate) fn reach<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,

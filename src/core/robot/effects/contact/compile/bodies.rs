@@ -1,4 +1,4 @@
-//! Bodies that touch each other with corners and edges.
+//! Compiles contacts of bodies with corners and edges.
 //!
 //! Each of two bodies is a solid for the corners and edges of the other one. Sharp edges have no normal, so
 //! that forces would jump where a corner slides over an edge. Therefore boxes and sharp meshes are computed

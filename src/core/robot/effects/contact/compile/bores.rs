@@ -1,4 +1,4 @@
-//! Whether what touches tubes fits into them.
+//! Checks that balls and rods in contact with tubes fit into their bores.
 
 use crate::error::{Checker, InvalidInput};
 use crate::robot::description::Robot;
@@ -7,8 +7,8 @@ use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::{Obstacle, Surface, Tube};
 use crate::robot::plan::space::Space;
 
-/// Rejects contacts of tubes with what is as thick as their bore: it would touch all around the wall, where forces know one place alone.
-/// Sections of rods must be round, for the same reason.
+/// Rejects contacts of tubes with balls and rods as thick as the bore: they would touch the wall all around, but the force law has a
+/// single point of contact. Sections of rods must be round, for the same reason.
 pub(super) fn check_bores<G: Space>(robot: &Robot, contacts: &Contacts<G>) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     for (i, contact) in robot.contacts.iter().enumerate() {
@@ -37,7 +37,7 @@ pub(super) fn check_bores<G: Space>(robot: &Robot, contacts: &Contacts<G>) -> Re
     check.finish()
 }
 
-/// Of the rod of a contact with a tube, the radius where it is thinnest, and whether all sections are round.
+/// Smallest radius of the rod of a contact with a tube, and whether all sections are round.
 fn of_rod<G: Space>(contacts: &Contacts<G>, contact: usize) -> (f64, bool) {
     let (mut thinnest, mut is_round) = (f64::INFINITY, true);
     for pair in contacts.pairs.iter().filter(|pair| pair.contact == contact) {

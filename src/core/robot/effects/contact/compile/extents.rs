@@ -1,5 +1,5 @@
-//! Half extents of the sections of rods that touch something. Given sections have those of the ellipse with their inertia: without
-//! inertia they have none, and every overlap would be deeper than the radius.
+//! Half extents of the sections of rods in contact. Sections given by stiffness and inertia have those of the ellipse with the same
+//! inertia; without inertia they have none, and contact is rejected.
 
 use super::stiffness::PARTS;
 use crate::description::rod::Segment;
@@ -10,8 +10,8 @@ use crate::robot::effects::contact::Surface;
 use crate::robot::plan::Plan;
 use crate::robot::turning::Turning;
 
-/// The half extents along y and z that can touch: a plane intersects sections along one of their axes, and only the extent along
-/// that matters.
+/// The half extents along y and z that can touch: a plane of motion intersects sections along one of their axes, and only that extent
+/// matters.
 pub(super) fn seen<G: Turning>(plan: &Plan<G>, [y, z]: [f64; 2]) -> [f64; 2] {
     let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
         let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));

@@ -38,7 +38,7 @@ const NEIGHBOURHOOD: f64 = 2.0 * PI;
 /// Sections whose half extents differ by less than this fraction are round.
 const ROUND: f64 = 1e-12;
 
-/// Rejects contacts that have no meaning: stiffnesses, sections without extent, rods that are thicker than the bores that they are in.
+/// Rejects contacts without a stiffness, of sections without extent, and of rods that are thicker than their bores.
 pub(crate) fn check<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
     check_stiffness(robot)?;
     check_bores(robot, &plan.effects.contacts)?;
@@ -142,7 +142,7 @@ fn law(contact: &Contact, stiffness: f64) -> Law {
     } = *contact;
     let excess = match (static_friction, friction) {
         (Some(at_rest), [sliding, ..]) if at_rest > sliding => {
-            // Relative to the law's own scale, the friction of fast sliding.
+            // The ratio to the friction of fast sliding, by which the law is scaled.
             excess_at_rest(at_rest / sliding, stribeck_velocity / slip_velocity)
         }
         _ => 0.0,
@@ -190,7 +190,7 @@ fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Sid
     surfaces.chain(sides.iter().map(of_rod)).fold(f64::INFINITY, f64::min)
 }
 
-/// The power of lengths in the unit of a contact's stiffness: along rods it is one per length.
+/// The power of length in the unit of a contact's stiffness: 2 along rods, where it is a stiffness per length, otherwise 1.
 fn power(contact: &Contact) -> i32 {
     let is_rod = |surface: &Surface| matches!(surface, Surface::Rod { .. });
     if contact.surfaces.iter().any(is_rod) { 2 } else { 1 }
@@ -259,7 +259,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
         let piece = &plan.pieces[s];
         let nodes = piece.gauss.nodes.len();
         let integral = piece.gauss.integral();
-        // Node spacing is so small that shapes of the piece's degree hardly rotate twice between nodes.
+        // The nodes are dense enough to resolve all shapes of the piece's degree.
         let samples: Vec<_> = std::iter::once(0.0)
             .chain(piece.gauss.nodes.iter().copied())
             .chain([1.0])
@@ -310,7 +310,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
     first..contacts.curves.len()
 }
 
-/// Representation of a surface in the computation, in the axes of that.
+/// Representation of a surface, in the axes in which it is computed.
 enum Form {
     Rod {
         link: usize,
@@ -335,7 +335,7 @@ impl Form {
         };
         let is_plane = |other: &dyn Shape| other.role() == Role::Plane;
         match (shape.solid(frame), other.shape(), shape.corners()) {
-            // Other shapes meet spheres as solids.
+            // Against other shapes, spheres are solids.
             (Solid::Ball { centre, radius }, Some(_), _) => ball(centre, radius),
             (_, Some(other), Some(body)) if is_plane(other) => {
                 let (corners, radius) = body.corners();

@@ -1,9 +1,8 @@
-//! Stiffness of contacts: the given one, that of the material, or no more than the loads need.
+//! Stiffness of contacts: the given one, that of the material, or less if the loads need no more.
 //!
-//! The material of steel wire is stiffer than any load on it asks for, by factors of thousands, and each such factor costs Newton
-//! iterations. By default the surfaces are therefore as stiff as the material, but no stiffer than needed for small overlaps under
-//! what the robot can press with: its weight, its loads, and the force that bends its rods. Where more presses, of which nothing is
-//! known before a run, they are as stiff as the material.
+//! Steel wire is thousands of times stiffer than its loads require, and such stiffness costs Newton iterations. By default surfaces are
+//! therefore as stiff as the material, but no stiffer than needed for small overlaps under the forces that are known before a run:
+//! weight, loads, and the force that bends the rods. If other forces may act, they are as stiff as the material.
 
 use std::f64::consts::{FRAC_PI_4, SQRT_2};
 
@@ -18,10 +17,11 @@ use crate::robot::effects::contact::plan::{NODES, WEIGHTS};
 use crate::robot::effects::contact::{Contact, Stiffness, Surface};
 use crate::robot::effects::load::Extent;
 
-/// Overlap at an edge over the radius, under the whole load: deeper ones change the force by the shape of the section.
+/// Overlap at an edge over the radius under the whole load, for which the stiffness is chosen: in deeper ones the shape of the section
+/// would matter.
 pub(crate) const OVERLAP: f64 = 0.15;
 
-/// The same over the length of the rod, so that its shape is right to a thousandth of its length.
+/// The same over the length of the rod, so that the error of its shape is below a thousandth of its length.
 const OF_LENGTH: f64 = 5e-4;
 
 /// At the overlap d a straight rod of radius r overlaps a sharp edge across it along `2 sqrt(2 r d)`, and the force of the
@@ -31,12 +31,13 @@ const OF_PARABOLA: f64 = 4.0 / 3.0 * SQRT_2;
 /// `F L^2 / (E I)` of a force F that turns the tip of a clamped rod by about 75 degrees (Bisshopp and Drucker 1945, figure 2).
 const BENDING: f64 = 7.0;
 
-/// Weights count twice, because what is let go presses twice as much as at rest. What free joints let fall counts four times: from
-/// twice the length of a slender rod it overlaps by a third of the radius, by `d = sqrt(2 F h / (k L))` of a fall by h.
+/// Weights count twice, because a weight that is released on a spring presses twice as much as at rest. Weights on free joints count
+/// four times ([`FALLING`]): after a fall by h the overlap is `d = sqrt(2 F h / (k L))`, a third of the radius for twice the length
+/// of a slender rod.
 const LET_GO: f64 = 2.0;
 const FALLING: f64 = 4.0;
 
-/// Sections are looked at in this many parts of a segment along which they vary.
+/// Number of parts of a segment with varying sections at which these are evaluated.
 pub(super) const PARTS: usize = 8;
 
 /// The stiffness of every contact of a robot.
@@ -53,12 +54,12 @@ pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
     robot.contacts.iter().map(stiffness).collect()
 }
 
-/// What would be the default of a contact if nothing else pressed than what is known.
+/// The default stiffness of a contact if only the known forces acted.
 pub(crate) fn needed_stiffness(robot: &Robot, contact: &Contact) -> f64 {
     of_material(contact, robot).min(Known::new(robot).of_loads(contact))
 }
 
-/// Rejects contacts of rods without a material, if nothing else tells how stiff they are.
+/// Rejects contacts of rods without a material whose stiffness does not follow from the loads either.
 pub(super) fn check_stiffness(robot: &Robot) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     for (i, (contact, stiffness)) in robot.contacts.iter().zip(stiffnesses(robot)).enumerate() {
@@ -88,41 +89,41 @@ fn rods(contact: &Contact) -> impl Iterator<Item = usize> {
     contact.surfaces.iter().filter_map(rod)
 }
 
-/// What is known of a robot before it moves.
+/// Forces and rods of a robot that are known before a run.
 struct Known {
     rods: Vec<Rod>,
-    /// The first link of all that hang together, through joints, loops, tendons and contacts.
+    /// For each link, the first link of its group, which joints, loops, tendons and contacts connect.
     roots: Vec<usize>,
-    /// Of each such link, what acts on all of them.
-    pressing: Vec<Pressing>,
+    /// For each such first link, the forces on its group.
+    loads: Vec<KnownLoads>,
 }
 
-/// A rod with those to which it is welded, end to end.
+/// A rod together with the rods that are welded to its ends.
 #[derive(Clone, Copy, Debug, Default)]
 struct Rod {
     length: f64,
-    /// Integral of 1 / (E I) over that length, I about the axis about which it is stiffer.
+    /// Integral of 1 / (E I) over that length, with the larger I.
     compliance: f64,
-    /// Smallest half extent of the own sections.
+    /// Smallest half extent of the sections of this rod alone.
     radius: f64,
 }
 
-/// Magnitudes that press, added up.
+/// Summed magnitudes of forces and moments on a group of links.
 #[derive(Clone, Copy, Debug, Default)]
-struct Pressing {
+struct KnownLoads {
     /// Newtons.
     weight: f64,
-    /// Whether a free joint lets all of it fall.
+    /// Whether the group has a free joint and can fall.
     falls: bool,
-    /// Newtons, besides the weight.
+    /// Newtons, without the weight.
     force: f64,
     /// Newton metres.
     moment: f64,
-    /// Whether something presses with a force of which nothing is known before a run.
+    /// Whether forces act that are unknown before a run.
     is_unknown: bool,
 }
 
-impl Pressing {
+impl KnownLoads {
     fn add(&mut self, force: Option<f64>, moment: Option<f64>) {
         self.is_unknown |= force.is_none() || moment.is_none();
         self.force += force.unwrap_or(0.0);
@@ -138,55 +139,55 @@ impl Known {
     fn new(robot: &Robot) -> Self {
         let (sections, masses): (Vec<_>, Vec<_>) = robot.links.iter().map(rod).unzip();
         let roots = roots(robot);
-        let mut pressing = vec![Pressing::default(); robot.links.len()];
+        let mut loads = vec![KnownLoads::default(); robot.links.len()];
         let gravity = norm(robot.gravity);
         for (i, (link, mass)) in robot.links.iter().zip(masses).enumerate() {
-            let pressing = &mut pressing[roots[i]];
-            pressing.weight += mass * gravity;
-            pressing.falls |= link.joint == Joint::Free && link.driven.is_none();
-            // Without gravity, only whoever sets things in motion knows how fast they meet.
+            let loads = &mut loads[roots[i]];
+            loads.weight += mass * gravity;
+            loads.falls |= link.joint == Joint::Free && link.driven.is_none();
+            // Without gravity, the speed of impacts depends on the initial velocities.
             let is_thrown = gravity == 0.0 && !link.joint_coordinates().is_empty();
             let is_moved = match &link.driven {
                 Some(Driven::Coordinate(motion)) => motion.constant().is_none(),
                 Some(Driven::Base(_)) => true,
                 Some(Driven::Mimic { .. }) | None => false,
             };
-            // Springs that are stretched far, magnets and currents press as hard as the shape makes them.
+            // The forces of springs, magnets and currents depend on the shape.
             let is_sprung = link.joint.forces().is_some_and(|forces| forces.stiffness > 0.0);
             let is_drawn = robot.has_magnets()
                 || robot.fluid.as_ref().is_some_and(|fluid| fluid.velocity.iter().any(|v| *v != 0.0));
-            pressing.is_unknown |=
+            loads.is_unknown |=
                 is_thrown || is_moved || is_sprung || is_drawn || robot.base_motion.is_some();
         }
         for support in &robot.supports {
-            pressing[roots[support.link]].is_unknown = true;
+            loads[roots[support.link]].is_unknown = true;
         }
         for body in robot.all_bodies() {
-            pressing[roots[body.link]].weight += body.mass * gravity;
+            loads[roots[body.link]].weight += body.mass * gravity;
         }
         for load in robot.acting_loads() {
             let along = if let Extent::Along([from, to]) = load.extent { to - from } else { 1.0 };
             let [force, moment] = [&load.force, &load.moment].map(|signal| Some(along * largest(signal)?));
-            pressing[roots[load.link]].add(force, moment);
+            loads[roots[load.link]].add(force, moment);
         }
         for actuator in &robot.actuators {
             if let (Some(link), [force, moment]) = of_actuator(actuator, robot) {
-                pressing[roots[link]].add(force, moment);
+                loads[roots[link]].add(force, moment);
             }
         }
-        Self { rods: in_rows(robot, sections), roots, pressing }
+        Self { rods: in_rows(robot, sections), roots, loads }
     }
 
-    /// Whether all is known that presses on the surfaces of a contact.
+    /// Whether all forces on the links of a contact are known.
     fn is_complete(&self, contact: &Contact) -> bool {
         contact
             .surfaces
             .iter()
             .filter_map(Surface::link)
-            .all(|link| !self.pressing[self.roots[link]].is_unknown)
+            .all(|link| !self.loads[self.roots[link]].is_unknown)
     }
 
-    /// The stiffness at which the overlap is small although all that presses does so at one edge; infinite if nothing does.
+    /// The stiffness at which the overlap is small even if all forces act at one edge; infinite without forces.
     fn of_loads(&self, contact: &Contact) -> f64 {
         let rods = || rods(contact).map(|link| self.rods[link]);
         let shapes = contact.surfaces.iter().map(|surface| match surface {
@@ -198,17 +199,17 @@ impl Known {
         let length = rods().map(|rod| rod.length).fold(f64::INFINITY, f64::min);
         let overlap = (OVERLAP * thickness).min(OF_LENGTH * length);
         let links = contact.surfaces.iter().filter_map(Surface::link);
-        let largest = |pressed: fn(&Pressing) -> f64| {
-            links.clone().map(|link| pressed(&self.pressing[self.roots[link]])).fold(0.0, f64::max)
+        let largest = |pressed: fn(&KnownLoads) -> f64| {
+            links.clone().map(|link| pressed(&self.loads[self.roots[link]])).fold(0.0, f64::max)
         };
         let bending = rods().map(|rod| BENDING / (rod.length * rod.compliance)).fold(0.0, f64::max);
-        let force = largest(Pressing::force) + largest(|all| all.moment) / length + bending;
+        let force = largest(KnownLoads::force) + largest(|all| all.moment) / length + bending;
         let stiffness = force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt());
         if stiffness > 0.0 { stiffness } else { f64::INFINITY }
     }
 }
 
-/// The rod of a link by itself, and its mass.
+/// The rod of a link without welded neighbours, and its mass.
 fn rod(link: &Link) -> (Rod, f64) {
     let mut rod = Rod { radius: f64::INFINITY, ..Rod::default() };
     let mut mass = 0.0;
@@ -235,7 +236,7 @@ fn thin(segment: &Segment, x: f64) -> f64 {
     y.min(z)
 }
 
-/// Rods as long as with those before and behind them to which they are welded: where a rod is cut does not matter.
+/// Joins rods that are welded end to end, so that the division of a rod into links does not matter.
 fn in_rows(robot: &Robot, own: Vec<Rod>) -> Vec<Rod> {
     let is_rod = |link: usize| !robot.links[link].rod.is_empty();
     let before = |link: usize| {
@@ -265,7 +266,7 @@ fn joined(rod: Rod, other: Rod) -> Rod {
     Rod { length: length + other.length, compliance: compliance + other.compliance, radius }
 }
 
-/// The first link of all that hang together, of each link.
+/// For each link, the first link of its connected group.
 fn roots(robot: &Robot) -> Vec<usize> {
     let mut roots: Vec<usize> = (0..robot.links.len()).collect();
     let mut join = |links: &mut dyn Iterator<Item = usize>| {
@@ -294,15 +295,14 @@ fn roots(robot: &Robot) -> Vec<usize> {
     for contact in &robot.contacts {
         join(&mut contact.surfaces.iter().filter_map(Surface::link));
     }
-    // Parents are followed from the lowest on, whose own are final.
+    // In ascending order, so that the root of a lower link is final.
     for link in 0..roots.len() {
         roots[link] = roots[roots[link]];
     }
     roots
 }
 
-/// A link on which an actuator acts, and the force and the moment with which it presses at most; `None` for those that depend on
-/// the motion.
+/// A link on which an actuator acts, and its largest force and moment; `None` for those that depend on the motion.
 fn of_actuator(actuator: &Actuator, robot: &Robot) -> (Option<usize>, [Option<f64>; 2]) {
     let nothing = Some(0.0);
     match actuator {
@@ -333,8 +333,8 @@ fn of_actuator(actuator: &Actuator, robot: &Robot) -> (Option<usize>, [Option<f6
     }
 }
 
-/// Largest magnitude of a signal, of an input that of its default; `None` of what grows, and of functions, which are not called
-/// before a run.
+/// Largest magnitude of a signal; for an input that of its default; `None` for unbounded signals, and for functions, which are not
+/// called before a run.
 fn largest<const N: usize>(signal: &Signal<N>) -> Option<f64> {
     match signal {
         Signal::Constant(value) => Some(norm(*value)),

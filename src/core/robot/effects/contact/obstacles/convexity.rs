@@ -1,16 +1,16 @@
-//! Whether points and faces are a convex body.
+//! Checks that points and faces form a convex body.
 
 use std::collections::BTreeMap;
 
 use crate::error::Checker;
 
-/// More of them would make every touch slow.
+/// Maximum number of points: the cost of every contact point grows with it.
 const MOST_POINTS: usize = 2000;
 
-/// Points may stand out of a face by that part of the size of the body, as rounding makes them.
+/// Points may protrude from a face by this fraction of the size of the body: rounding.
 const FLAT: f64 = 1e-9;
 
-/// Faces are not flatter than that against their longest edge: their normals would be rounding.
+/// Smallest height of a face over its longest edge: normals of flatter ones would be rounding.
 const SLENDER: f64 = 1e-7;
 
 fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
@@ -25,7 +25,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
 }
 
-/// Everything that is wrong with them.
+/// Reports all problems of points and faces.
 pub(super) fn check(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
     let number = points.len();
     let mut is_right = check.require(
@@ -60,7 +60,7 @@ pub(super) fn check(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3
     }
 }
 
-/// Whether faces enclose what is behind each of them.
+/// Reports faces that are degenerate, or do not enclose a convex body.
 fn check_shape(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
     let mut times: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     for face in faces {
@@ -91,7 +91,7 @@ fn check_shape(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
         let area = dot(across, across).sqrt();
         let longest = dot(ab, ab).max(dot(ac, ac)).max(dot(bc, bc));
         let place = format!("faces[{f}]");
-        // Not so, too, if it is no number.
+        // Also rejects NaN.
         if !(area > SLENDER * longest && area.is_finite()) {
             check.require(false, &place, "corners on one line", "a triangle with an area");
             return;

@@ -1,10 +1,10 @@
-//! Bodies that touch others with corners and edges.
+//! Bodies with corners and edges.
 
 use super::Frame;
 use crate::numerics::lie::Vector;
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 
-/// What contact asks of a body with corners.
+/// A body with corners, as contacts use it.
 pub(crate) trait Cornered {
     /// Points that touch a half-space first, and the radius around them.
     fn corners(&self) -> (Vec<[f64; 3]>, f64);
@@ -20,7 +20,7 @@ pub(crate) trait Cornered {
     fn rounded(&self, core: &Core, frame: &Frame) -> Solid;
 }
 
-/// Core of a body: the body is everything within a radius of it.
+/// Core of a body: the body consists of all points within a radius of it.
 pub(crate) struct Core {
     pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) edges: Vec<[usize; 2]>,

@@ -1,4 +1,4 @@
-//! Shapes that rods, balls and bodies touch: one file each with what users describe, its checks, and all that contact asks of it.
+//! Shapes that rods, balls and bodies touch: one file each with its description, its checks, and its implementation of [`Shape`].
 //!
 //! A new shape is a file here, its line in the list below, and its `Solid`, which has its distances.
 
@@ -18,7 +18,7 @@ pub(crate) use self::frame::Frame;
 pub use self::tube::centre_line;
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 
-/// What contact asks of a shape.
+/// A shape, as contacts use it.
 pub(crate) trait Shape {
     /// Its name in explanations.
     fn said(&self) -> String;
@@ -26,7 +26,7 @@ pub(crate) trait Shape {
     /// Whether it is symmetric about the plane at this height across an axis, and exerts forces only within that plane.
     fn lies_across(&self, axis: usize, height: f64) -> bool;
 
-    /// Distance from its middle to its surface, metres; infinite for what is filled without end.
+    /// Distance from its middle to its surface, metres; infinite for unbounded solids.
     fn thickness(&self) -> f64;
 
     /// The shape in the axes in which it is computed.
@@ -35,18 +35,18 @@ pub(crate) trait Shape {
     /// Its corners, if it touches other bodies with them; the ends of a capsule count as corners.
     fn corners(&self) -> Option<&dyn Cornered>;
 
-    /// How bodies touch it.
+    /// Its role in contacts with bodies.
     fn role(&self) -> Role;
 }
 
-/// What a shape is to a body.
+/// Role of a shape in contacts with bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// Another body.
     Body,
-    /// A plane, which corners touch before all else.
+    /// A plane, which a body touches first with its corners.
     Plane,
-    /// Uneven ground or a wall, which places between corners touch too.
+    /// Uneven ground or a wall, which places between corners may touch first.
     Ground,
 }
 
@@ -153,7 +153,7 @@ macro_rules! obstacle {
         })*
 
         impl Obstacle {
-            /// What contact asks of it.
+            /// The shape as contacts use it.
             pub(crate) fn shape(&self) -> &dyn Shape {
                 match self {
                     $(Self::$Shape(shape) => shape,)*

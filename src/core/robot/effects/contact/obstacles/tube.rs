@@ -10,7 +10,7 @@ use crate::robot::effects::contact::shapes::centre_line::{CentreLine, Tightest};
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::tube::Tube as Wall;
 
-/// More of them would be a mistake in the input rather than a model of a vessel.
+/// Maximum number of points: more would be a mistake in the input rather than a model of a vessel.
 const MOST_POINTS: usize = 1000;
 
 shape! {
@@ -74,7 +74,7 @@ impl Shape for Tube {
     }
 }
 
-/// Everything that is wrong with a centre line and a radius.
+/// Reports all problems of a centre line and a radius.
 fn check(check: &mut Checker, points: &[[f64; 3]], radius: f64) {
     let number = points.len();
     let mut is_right = check.require(
@@ -103,14 +103,14 @@ fn check(check: &mut Checker, points: &[[f64; 3]], radius: f64) {
     check.require(radius < most, "radius", Number(radius), &expected);
 }
 
-/// Places for drawings on each part of a centre line, which turns by less than half a radian.
+/// Number of places for drawings on each part of a centre line, which turns by less than half a radian.
 const DRAWN: usize = 4;
 
 /// Places along the smooth centre line of a tube through points, for drawings.
 ///
 /// # Errors
 ///
-/// What `check` finds of the points.
+/// The problems of the points.
 pub fn centre_line(points: &[[f64; 3]]) -> Result<Vec<[f64; 3]>, InvalidInput> {
     let mut found = Checker::new();
     check(&mut found, points, 0.0);

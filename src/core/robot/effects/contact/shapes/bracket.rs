@@ -1,16 +1,16 @@
 //! Newton's method within a bracket.
 
-/// Brackets of less than this fraction of the way between both ends hold one place.
+/// Brackets shorter than this fraction of the interval count as one place.
 const SAME_PLACE: f64 = 1e-13;
 
 /// Newton's increments of less than this fraction leave an error of their square.
 const LAST_INCREMENT: f64 = 1e-8;
 
-/// More than bisection alone takes from the whole way to [`SAME_PLACE`].
+/// More steps than bisection alone takes to [`SAME_PLACE`].
 const MOST_STEPS: usize = 50;
 
-/// Where a function of a fraction from 0 to 1 vanishes that is negative at 0 and positive at 1, from a first guess. `function` gives its
-/// value and its derivative. Where Newton's method leaves the bracket, the bracket is halved.
+/// Zero on [0, 1] of a function that is negative at 0 and positive at 1, from a first guess. `function` returns value and derivative. If
+/// Newton's method leaves the bracket, the bracket is halved.
 #[inline(always)]
 pub(crate) fn root(mut x: f64, function: impl Fn(f64) -> (f64, f64)) -> f64 {
     let (mut from, mut to) = (0.0, 1.0);

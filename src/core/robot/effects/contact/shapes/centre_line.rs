@@ -11,11 +11,11 @@ use crate::description::signal::{Spline, Table};
 use crate::numerics::lie::Vector;
 use std::ops::Range;
 
-/// A part of the curve turns by no more than about that many radians, unless it would take more parts than that between two points.
+/// A part of the curve turns by at most about this many radians, with at most [`MOST_PARTS`] parts between two points.
 const TURN: f64 = 0.4;
 const MOST_PARTS: f64 = 32.0;
 
-/// Places at which the curvature of a part is looked at.
+/// Number of places at which the curvature of a part is evaluated.
 const LOOKS: usize = 8;
 
 /// The curve between two places, as a polynomial of a fraction from 0 to 1.
@@ -30,10 +30,10 @@ struct Part {
     from: f64,
 }
 
-/// What is nearest to a point.
+/// The place of the curve nearest to a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Nearest {
-    /// From the curve to the point.
+    /// Vector from the curve to the point.
     pub(super) way: Vector<f64>,
     /// Unit tangent, and the curvature as a vector, per metre.
     pub(super) along: Vector<f64>,
@@ -57,7 +57,7 @@ pub(crate) struct CentreLine {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tightest {
     pub(crate) place: Vector<f64>,
-    /// A tube whose radius is smaller does not meet itself; infinite along a straight line.
+    /// A tube with a smaller radius does not intersect itself; infinite for a straight line.
     pub(crate) radius: f64,
 }
 
@@ -73,7 +73,7 @@ impl Part {
         [position, *slope + (*bend + *growth * (0.5 * x)) * x, *bend + *growth * x]
     }
 
-    /// What lies between two fractions of it.
+    /// The part from a fraction on, of this width.
     fn cut(&self, from: f64, width: f64) -> Self {
         let [start, slope, bend] = self.at(from);
         Self {
@@ -92,7 +92,7 @@ impl Part {
         ((self.start + end) * 0.5, 0.5 * between(self.start, end) + aside)
     }
 
-    /// Where it is nearest to a point: Newton's method between bounds. Of several places one that is nearest among those around it.
+    /// Place nearest to a point, by Newton's method within a bracket; if there are several local minima, one of them.
     fn nearest_to(&self, point: Vector<f64>) -> f64 {
         let slope_at = |x: f64| {
             let [position, slope, bend] = self.at(x);
@@ -114,7 +114,7 @@ impl Part {
 }
 
 impl CentreLine {
-    /// The curve through two or more points, of which no two that follow each other are the same.
+    /// The curve through two or more points; consecutive points must differ.
     pub(crate) fn new(points: &[Vector<f64>]) -> Self {
         let mut times = vec![0.0];
         for ends in points.windows(2) {
@@ -162,7 +162,7 @@ impl CentreLine {
         self.parts.iter().map(ball_of).map(|(centre, radius)| size(centre) + radius).fold(0.0, f64::max)
     }
 
-    /// Places of the curve, so many between two places where its parts meet.
+    /// Places of the curve, `number` of them on each part.
     pub(crate) fn places(&self, number: usize) -> Vec<Vector<f64>> {
         let inner =
             |part: &Part| -> Vec<_> { (0..number).map(|k| part.at(k as f64 / number as f64)[0]).collect() };
@@ -185,8 +185,9 @@ impl CentreLine {
         })
     }
 
-    /// Where a tube around it would be too thick first: where it bends most, or comes near itself. The least radius of circles through
-    /// one place that touch the curve in another one tells both (the global radius of curvature of Gonzalez and Maddocks 1999).
+    /// The place that limits the radius of a tube around the curve: where it bends most, or comes closest to itself. Both follow from the
+    /// smallest circle through one place that is tangent to the curve at another (global radius of curvature: Gonzalez and Maddocks
+    /// 1999).
     pub(crate) fn tightest(&self) -> Tightest {
         let bent = self.bends().map(|(place, curvature)| Tightest { place, radius: curvature.recip() });
         let at = |part: &Part| (part.start, part.slope);
@@ -224,8 +225,8 @@ impl CentreLine {
         Nearest { way, along, bend, from: part.from + x * square.sqrt(), beyond }
     }
 
-    /// Looks for a nearer place in a row of parts, in the nearer one of its halves first; the distance, the part and the fraction of it
-    /// that are known.
+    /// Searches a row of parts for a nearer place, the nearer half first. `known` is the best so far: distance, part, and fraction of the
+    /// part.
     fn look(
         &self,
         point: Vector<f64>,

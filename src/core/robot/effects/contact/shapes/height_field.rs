@@ -23,16 +23,14 @@ const MOST_HALVINGS: usize = 30;
 const NEAR: f64 = 1e-5;
 const SAME_PLACE: f64 = 1e-9;
 
-/// A candidate must be nearer by this fraction of the squared distance to be examined: at first, and at most. The fraction
-/// doubles with every so many parts that a search has looked at, so that it ends where a large part of the surface is almost
-/// equally near, as below the top of a dome at its centre of curvature. Whichever of these places is found, the
-/// distance is right to this fraction.
+/// A candidate must be nearer by this fraction of the squared distance to be examined: at first, and at most. The fraction doubles
+/// each time a search has examined [`PATIENCE`] more parts, so that it ends where a large part of the surface is almost equally near,
+/// as at the centre of curvature of a dome. The relative error of the distance is at most this fraction.
 const NEARER: f64 = 1e-10;
 const MOST_NEARER: f64 = 1e-5;
 const PATIENCE: usize = 16;
 
-/// A search that has looked at so many parts bounds distances of squares of cells by their cubics; before, bounds of their
-/// heights are faster.
+/// After this many parts, a search bounds distances of squares of cells by their cubics; before, bounds by heights are faster.
 const FEW_PARTS: usize = 16;
 
 /// Maximum number of subdivisions of a cell into four, if the nearest point is not certain.
@@ -88,7 +86,7 @@ struct Range([f64; 2]);
 struct Level {
     shape: [usize; 2],
     ranges: Vec<[f64; 2]>,
-    /// Surfaces close to that of the squares; of cells there are none, as theirs are exact.
+    /// Surfaces close to those of the squares; none for cells, whose surfaces are exact.
     surfaces: Vec<Cubic>,
 }
 
@@ -120,7 +118,7 @@ struct Search {
     point: [f64; 3],
     /// The nearest point found so far.
     best: Best,
-    /// Number of parts of the surface that it has looked at.
+    /// Number of parts of the surface that it has examined.
     parts: usize,
 }
 
@@ -579,7 +577,7 @@ impl Level {
     }
 }
 
-/// The squares of two by two that make up a coarser one, of so many along each axis.
+/// The two by two squares, of `rows` by `columns`, that make up a coarser one.
 fn children([i, j]: [usize; 2], [rows, columns]: [usize; 2]) -> impl Iterator<Item = [usize; 2]> {
     let all = (0..4).map(move |k| [2 * i + k / 2, 2 * j + k % 2]);
     all.filter(move |child| child[0] < rows && child[1] < columns)

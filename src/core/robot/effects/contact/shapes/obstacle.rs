@@ -91,7 +91,7 @@ impl Solid {
         }
     }
 
-    /// Upper bound of the curvature by which its surface is hollow, per metre; zero for a convex solid. Of a tube, that along it.
+    /// Upper bound of the concave curvature of its surface, per metre; zero for a convex solid. For a tube, the curvature along it.
     pub(crate) fn hollowness(&self) -> f64 {
         match self {
             Self::HeightField(field) => field.most_bent(),
@@ -110,7 +110,7 @@ impl Solid {
         matches!(self, Self::Cuboid { .. } | Self::ConvexMesh(_))
     }
 
-    /// What is on the other side of a half-space is in it.
+    /// Whether others can pass through it to another side; not a half-space.
     pub(crate) fn can_be_passed(&self) -> bool {
         !matches!(self, Self::HalfSpace { .. })
     }
@@ -216,7 +216,7 @@ impl Placed<'_> {
         if let Solid::Tube(tube) = self.solid { Some(tube) } else { None }
     }
 
-    /// The size of the part of a velocity at a point that leads across a tube; see [`Tube::across`].
+    /// Magnitude of the component of a velocity across a tube; see [`Tube::across`].
     pub(crate) fn speed_across(&self, tube: &Tube, point: Vector<f64>, velocity: Vector<f64>) -> f64 {
         let across = match self.pose {
             Some(pose) => tube.across(pose.see(point), pose.rotation.apply_transposed(velocity)),

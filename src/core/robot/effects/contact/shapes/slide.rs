@@ -1,4 +1,4 @@
-//! How the place of a tube's axis that is nearest to a point slides along the axis.
+//! Motion along a tube's axis of the place that is nearest to a point.
 //!
 //! A tube is the union of the balls with radii r about the places y of its axis. Nearest to a point x is the ball for which `|w| - r`
 //! is smallest, with `w = x - y`: there `w . y' = -|w| r'`, with derivatives along a fraction of the axis. By differentiation, that place
@@ -13,11 +13,11 @@
 use super::distance::SHORTEST;
 use crate::numerics::lie::Vector;
 
-/// A place is inside a part of the axis, and not its end, if the cosine by which it misses the condition above is smaller.
+/// A place lies inside a part of the axis, and is not its end, if the residual of the condition above, a cosine, is smaller than this.
 pub(crate) const AT_RIGHT_ANGLE: f64 = 1e-6;
 
-/// Beyond the centre of curvature of the axis no place is nearest. The distance is taken as if that were not reached closer than by
-/// this part of the radius of curvature.
+/// Beyond the centre of curvature of the axis no place is nearest: the distance from it is limited to at least this part of the radius of
+/// curvature.
 const LEAST_STRETCH: f64 = 0.1;
 
 /// A nearest place that is not an end.
@@ -35,7 +35,7 @@ pub(crate) struct Slide {
 }
 
 impl Slide {
-    /// Of the nearest place, from which a point is at `way`, with slope and second derivative of the axis and the slope of the
+    /// From the vector `way` from the nearest place to the point, slope and second derivative of the axis, and the slope of the
     /// radius; `None` at an end.
     pub(crate) fn new(way: Vector<f64>, [slope, bend]: [Vector<f64>; 2], widening: f64) -> Option<Self> {
         let square = slope.dot(slope).max(f64::MIN_POSITIVE);

@@ -34,9 +34,9 @@ pub(crate) struct Law {
     /// Coefficients of friction forward, backward and sideways.
     pub(crate) friction: [f64; 3],
     pub(crate) slip_velocity: f64,
-    /// How much larger friction is at rest, a; see [`excess_at_rest`].
+    /// Excess a of static friction; see [`excess_at_rest`].
     pub(crate) excess: f64,
-    /// Velocity v_st over which friction falls from that at rest; infinite without an excess.
+    /// Velocity v_st over which static friction falls to that of sliding; infinite without an excess.
     pub(crate) stribeck_velocity: f64,
     /// Radius of the patch for friction against spinning.
     pub(crate) patch_radius: f64,
@@ -45,14 +45,14 @@ pub(crate) struct Law {
 /// The excess a with which the largest friction, of all speeds, is `ratio` times that of fast sliding, where the velocity v_st is `velocities` times
 /// v_s: with `h(v) = v / sqrt(v^2 + 1)` the least of `(ratio / h(v) - 1) exp((v / velocities)^2)`.
 pub(crate) fn excess_at_rest(ratio: f64, velocities: f64) -> f64 {
-    /// Golden sections of the logarithm of the speed: the error of the least value is the square of that of its place.
+    /// Number of golden-section steps in the logarithm of the speed; the error of the minimum is the square of that of its place.
     const SECTIONS: usize = 60;
     let needed = |x: f64| {
         let v = x.exp();
         (ratio * (v * v + 1.0).sqrt() / v - 1.0) * (v / velocities).powi(2).exp()
     };
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    // The least lies between speeds at which either factor grows by far more than the other one falls.
+    // The minimum lies between speeds at which one factor rises far more than the other falls.
     let (mut from, mut to) = (0.0_f64.min(velocities.ln() - 1.0), velocities.ln() + 1.0);
     let [mut a, mut b] = [to - golden * (to - from), from + golden * (to - from)];
     let [mut at_a, mut at_b] = [needed(a), needed(b)];
@@ -71,7 +71,7 @@ pub(crate) fn excess_at_rest(ratio: f64, velocities: f64) -> f64 {
 }
 
 impl Law {
-    /// Factor of friction at the square of a speed, and how its logarithm falls with half of that square.
+    /// Factor of friction at the square of a speed, and minus the derivative of its logarithm with respect to half of that square.
     #[inline(always)]
     fn at_rest(&self, square: f64) -> [f64; 2] {
         if self.excess == 0.0 {
@@ -136,11 +136,12 @@ pub(crate) struct ContactForce {
     along: Vector<f64>,
     inverse_along: f64,
     of_along: [f64; 3],
-    /// Reciprocal of the regularised speed, times the factor of friction at rest; how its logarithm falls with half of the square of the speed.
+    /// Reciprocal of the regularised speed, times the factor of static friction; and minus the derivative of its logarithm with respect to
+    /// half the square of the speed.
     inverse_speed: f64,
     fall: f64,
-    /// Moment on the first side about the normal, the spin that it opposes, and the reciprocal of the
-    /// regularised spin; how the logarithm of the moment over the spin falls with half of the square of that.
+    /// Moment on the first side about the normal, the spin that it opposes, the reciprocal of the regularised spin, and minus the
+    /// derivative of the logarithm of moment over spin with respect to half the square of the spin.
     torsion: f64,
     spin: f64,
     inverse_spin: f64,
@@ -308,7 +309,7 @@ impl ContactPoint {
         [[moment + torsion, change], [-other_moment - torsion, -change]]
     }
 
-    /// Change of what friction opposes, of which sliding along the first side has coefficients of its own.
+    /// Change of the weighted sliding velocity that friction opposes; sliding along the first side has its own coefficients.
     #[inline(always)]
     fn direction_change<T: Scalar>(
         &self,

@@ -9,14 +9,14 @@ use super::centre_line::{CentreLine, Nearest};
 use super::distance::{Distance, SHORTEST};
 use crate::numerics::lie::{Symmetric, Vector};
 
-/// Where the centre line bends about a point in the wall, or nearly so, its nearest place would move infinitely fast.
+/// Smallest factor of the motion of the nearest place: where the centre line bends about a point in the wall, that motion is unbounded.
 const LEAST_STRETCH: f64 = 0.05;
 
 /// A tube with open ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Tube {
     line: CentreLine,
-    /// Of the bore.
+    /// Radius of the bore.
     radius: f64,
     /// Thickness of the wall.
     wall: f64,
@@ -38,7 +38,7 @@ impl Tube {
         self.radius
     }
 
-    /// How deep places in the wall can be at most: those of rings are nearer to the ends than to the sides.
+    /// Largest possible depth in the wall: for rings, the ends may be nearer than the sides.
     pub(crate) fn deepest(&self) -> f64 {
         0.5 * self.wall.min(self.line.length())
     }
@@ -105,7 +105,7 @@ impl Tube {
         Distance { value, normal, curvature: (squares + side.curvature * side.value) * value.recip() }
     }
 
-    /// What of the tube is nearest to a point: its sides or one of its ends, and whether that is the bore, the wall or its outside.
+    /// The feature nearest to a point: sides or an end, and bore, wall or outside.
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
         let Nearest { way, along, beyond, .. } = self.line.nearest(point);
         let across = way - along * along.dot(way);
@@ -117,7 +117,7 @@ impl Tube {
         }
     }
 
-    /// The part of a velocity at a point that leads across the centre line; all of it beyond the ends.
+    /// The component of a velocity at a point across the centre line; the whole velocity beyond the ends.
     pub(crate) fn across(&self, point: Vector<f64>, velocity: Vector<f64>) -> Vector<f64> {
         let Nearest { along, beyond, .. } = self.line.nearest(point);
         if beyond.is_some() { velocity } else { velocity - along * along.dot(velocity) }
