@@ -1,4 +1,4 @@
-//! Forces and stiffnesses of a model at rest, how large what they are sums of is, and what is missing of equilibrium.
+//! Forces and stiffnesses of a model at rest with the magnitudes of their terms, for bounds of rounding, and the residual of equilibrium.
 
 use crate::analysis::natural;
 use crate::analysis::natural::{DISPLACEMENT_ROUNDING, Natural, scaled};
@@ -6,26 +6,26 @@ use crate::analysis::ties::Ties;
 use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Matrix, norm};
 
-/// Forces that are out of balance are part of the error of a stiffness, up to this fraction of all forces: ten times the tolerance of
-/// equilibria. Beyond that, the shape is none.
+/// Largest residual of an equilibrium over the magnitude of all forces: ten times the tolerance of equilibria. It contributes to the
+/// error of the stiffness.
 pub(crate) const OUT_OF_BALANCE: f64 = 1e-9;
 
-/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can do
-/// along others: what is missing there is rounding.
+/// Magnitudes of generalised forces below this fraction of the largest one of the same part are rounding: no force does work along such
+/// a coordinate.
 const NOTHING: f64 = 1e-5;
 
 /// Gaps up to this part of their sizes are those of closed loops and taut tendons.
 const CLOSED: f64 = 1e-9;
 
-/// A force acts beside two ends of a gap.
+/// A gap displaces the constraint force relative to both of its ends.
 const SIDES: f64 = 2.0;
 
 /// Rounding of a stiffness over n coordinates, in units of n eps times the sum of the magnitudes of its terms: each is itself a sum of
 /// products of rotations, and a change of charts multiplies it once more.
 pub(crate) const ROUNDING: f64 = 16.0;
 
-/// Central differences of eighth order (Fornberg 1988, table 1), and their distance in sizes: what they leave out, the eighth power of
-/// it over 630, is then rounding.
+/// Central differences of eighth order (Fornberg 1988, table 1), and their step in sizes, whose eighth power over 630, the relative
+/// error, is rounding.
 const DIFFERENCES: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
 pub(crate) const APART: f64 = 0.03;
 
@@ -35,22 +35,22 @@ pub(crate) struct Sum {
     pub(crate) magnitudes: Matrix,
 }
 
-/// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums over what they come from: gravity may balance a
-/// contact or a loop, so that nothing is left but rounding.
+/// Forces and stiffnesses of a model at rest, in scaled coordinates, as sums of contributions: gravity may cancel a contact or a loop,
+/// which leaves only rounding.
 pub(crate) struct AtRest<'a> {
     pub(crate) model: &'a mut dyn Static,
     pub(crate) q: &'a [f64],
     pub(crate) sizes: &'a [f64],
     pub(crate) load_factor: f64,
     pub(crate) multipliers: &'a [f64],
-    /// What is held outside, and by which forces.
+    /// Springs and taut tendons, whose forces are prescribed, and these forces.
     pub(crate) ties: &'a Ties,
     pub(crate) held: &'a [f64],
 }
 
 impl AtRest<'_> {
-    /// Calls this on the model as it is; without what its constraints do; and also without its contacts. Springs and taut tendons
-    /// are held.
+    /// Evaluates the whole model, the model without constraint forces, and the model also without contacts, each with the prescribed
+    /// forces of springs and taut tendons.
     fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Static) -> T) -> [T; 3] {
         let Self { multipliers, ties, held, .. } = *self;
         let none = vec![0.0; multipliers.len()];
@@ -75,8 +75,8 @@ impl AtRest<'_> {
         [whole, unconstrained, untouched]
     }
 
-    /// Natural coordinates with the springs and taut tendons that hold the shape, and the forces with which they do. Where no stiffness
-    /// of these and of the material is, `reference` tells one from that of the model.
+    /// Natural coordinates with springs and taut tendons, and the forces of these at equilibrium. `reference` computes stiffnesses from
+    /// the model for coordinates without elasticity.
     pub(crate) fn settled(
         &mut self,
         material: &Matrix,
@@ -141,8 +141,8 @@ impl AtRest<'_> {
             magnitudes[k] +=
                 self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
         }
-        // Entries of loads are sums of products that may cancel: each is at most what the loads could do, however they point, and what
-        // joints bear of them.
+        // Entries of loads are sums of products that may cancel: they are bounded by the magnitudes of the loads in any direction and of
+        // the constraint wrenches of joints.
         for range in self.parts() {
             for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
                 let most = work[i].min(work[j]) + borne[i].min(borne[j]);
@@ -156,7 +156,7 @@ impl AtRest<'_> {
         Sum { total, magnitudes }
     }
 
-    /// Coordinates of parts that nothing couples.
+    /// Coordinates of uncoupled parts.
     fn parts(&self) -> Vec<std::ops::Range<usize>> {
         let whole = [self.q.len()];
         let parts = match &self.model.facts().parts[..] {
@@ -173,7 +173,7 @@ impl AtRest<'_> {
             .collect()
     }
 
-    /// Generalised forces times sizes, and the work that what they come from could do along these.
+    /// Generalised forces times sizes, and the summed magnitudes of their contributions.
     pub(crate) fn forces(&mut self) -> [Vec<f64>; 2] {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
@@ -197,14 +197,13 @@ impl AtRest<'_> {
         [total, work]
     }
 
-    /// The sum of the magnitudes of what elasticity, loads, contacts and constraints add.
+    /// The sum of the magnitudes of elasticity, loads, contacts and constraints.
     fn magnitude(&self, elastic: f64, own: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
         let by_loads = (untouched - own).abs() + (unconstrained - untouched).abs();
         elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
     }
 
-    /// The forces that are missing for equilibrium, as far as tolerance and rounding of coordinates explain them: beyond that, the shape
-    /// is none.
+    /// The residual, limited to what tolerance and rounding of coordinates explain; with a larger residual the shape is no equilibrium.
     pub(crate) fn missing(&self, residual: &[f64], work: &[f64], magnitudes: &Matrix) -> Vec<f64> {
         let most = |k: usize| {
             OUT_OF_BALANCE * work[k] + DISPLACEMENT_ROUNDING * magnitudes.row(k).iter().sum::<f64>()
@@ -212,7 +211,7 @@ impl AtRest<'_> {
         residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
     }
 
-    /// What forces could do along each coordinate: no less than what is rounding beside the others of the same part.
+    /// Magnitudes of forces along each coordinate, at least [`NOTHING`] of the largest one of the same part.
     pub(crate) fn most_work(&self, work: &[f64]) -> Vec<f64> {
         let mut most = work.to_vec();
         for range in self.parts() {
@@ -222,9 +221,9 @@ impl AtRest<'_> {
         most
     }
 
-    /// What these could change the stiffness by: no more than themselves, as a turn about one axis changes moments about another one by
-    /// half of that about the third; and the shape is one of equilibrium under forces that differ by the part of them that is
-    /// missing (Rigal and Gaches 1967), as their stiffness then does. Parts that nothing couples have no part in each other's.
+    /// Bound of the error of the stiffness due to missing forces: their norm, since a turn about one axis changes moments about another
+    /// one by half of the moment about the third; and their relative size times the magnitudes of forces, because the shape is an
+    /// equilibrium under forces that differ by this relative size (Rigal and Gaches 1967). Zero between uncoupled parts.
     pub(crate) fn imbalance(&self, missing: &[f64], work: &[f64]) -> Matrix {
         let mut imbalance = Matrix::zeros(missing.len(), missing.len());
         let most = self.most_work(work);
@@ -238,8 +237,8 @@ impl AtRest<'_> {
         imbalance
     }
 
-    /// The stiffness in a shape beside another one, in which what is `idle` does not act and this is reached `here`. What is only
-    /// reached by the step between them is exactly reached there as well, from the other side.
+    /// The stiffness in a neighbour of a shape in which the forces `idle` do not act and those of `here` are at their limits. Forces that
+    /// come to their limits by the step between the two shapes do not act either.
     pub(crate) fn stiffness_beyond(
         &mut self,
         material: &Matrix,
@@ -268,8 +267,8 @@ impl AtRest<'_> {
         rows
     }
 
-    /// What gaps of constraints, of that derivative, could change the stiffness by: what holds them acts beside where it does in a
-    /// closed shape. Gaps of slack tendons hold nothing.
+    /// Bound of the error of the stiffness due to gaps of constraints with these derivatives: gaps displace the constraint forces.
+    /// Slack tendons have none.
     pub(crate) fn of_gaps(&mut self, rows: &Matrix) -> Matrix {
         let (n, m) = (self.q.len(), self.multipliers.len());
         let (mut change, mut gaps) = (Matrix::zeros(n, n), vec![0.0; m]);
@@ -291,9 +290,9 @@ impl AtRest<'_> {
         change
     }
 
-    /// What the change of forces along directions, in columns, is more than the stiffness tells, in scaled coordinates: the error of
-    /// quadrature along rods, for which forces are no exact derivative of each other. Contacts are left out and springs and tendons
-    /// keep their forces: their stiffness is exact.
+    /// Difference between numerical derivatives of the forces along directions, in columns, and the tangent stiffness, in scaled
+    /// coordinates: the error of quadrature along rods. Contacts are left out, and springs and tendons keep their forces, because their
+    /// stiffness is exact.
     pub(crate) fn mismatch(&mut self, directions: &Matrix) -> Matrix {
         let Self { q, sizes, load_factor, multipliers, .. } = *self;
         let (n, rest) = (q.len(), vec![0.0; q.len()]);

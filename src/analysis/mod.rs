@@ -1,4 +1,4 @@
-//! Equilibria, vibrations, and what is needed to reach a pose.
+//! Equilibria, vibrations, inverse kinematics and inverse statics.
 
 pub mod actuate;
 pub(crate) mod at_rest;

@@ -2,7 +2,7 @@
 //!
 //! A spring of stiffness k makes the forces of a shape k times as sensitive as its displacement. A solver for
 //! coordinates alone then follows a narrow curved valley: a step of size s leaves the valley by s^2, where
-//! forces have nothing to do with those at equilibrium. In the mixed formulation the forces of springs are
+//! forces are unrelated to those at equilibrium. In the mixed formulation the forces of springs are
 //! separate unknowns (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed format in geometrically
 //! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *held*
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
@@ -227,10 +227,9 @@ pub(crate) fn material(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Matr
     scaled(tangent, sizes)
 }
 
-/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent. `forces` are those
-/// of which the tangent is the derivative; a part without any stiffness, such as a body in free fall, gets their norm. `parts` are
-/// numbers of coordinates of parts that nothing couples ([`parts`](crate::model::Facts::parts)), none of which is judged by the
-/// stiffness of another.
+/// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent. A part without any
+/// stiffness, such as a body in free fall, gets the norm of `forces`, of which the tangent is the derivative. `parts` are numbers of
+/// coordinates of uncoupled parts ([`parts`](crate::model::Facts::parts)), which are treated separately.
 pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], parts: &[usize]) -> Vec<f64> {
     /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
     /// are those below this fraction of the forces.
@@ -264,13 +263,13 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
     references
 }
 
-/// What weight and loads could do along a size of each coordinate, whatever their directions are, in joules.
+/// Magnitudes of the generalised forces of weight and loads in any direction, times the sizes of coordinates, in joules.
 pub(crate) fn work_of_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let [work, _] = work_and_borne(model, q, sizes);
     work
 }
 
-/// The same, and what the loads that joints bear could do, if they pointed that way.
+/// The same, and those of the constraint wrenches of joints under these loads.
 pub(crate) fn work_and_borne(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> [Vec<f64>; 2] {
     let (mut turned, mut borne) = (Matrix::zeros(q.len(), 3), vec![0.0; q.len()]);
     model.turned_loads(q, &mut turned, &mut borne);
@@ -280,7 +279,7 @@ pub(crate) fn work_and_borne(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -
     [work, borne]
 }
 
-/// What contacts and actuators could do along a size of each coordinate, in joules.
+/// Magnitudes of the generalised forces of contacts and actuators times the sizes of coordinates, in joules.
 pub(crate) fn work_of_interactions(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
     let mut work = vec![0.0; q.len()];
     model.work_of_interactions(q, &mut work);
@@ -289,7 +288,7 @@ pub(crate) fn work_of_interactions(model: &mut dyn Static, q: &[f64], sizes: &[f
     work
 }
 
-/// Axes of rotation vectors are none of the joint: what is on one of them is beside it by rounding.
+/// Gives the three components of a rotation vector the same magnitude, because its axes are not physical axes of the joint.
 fn spread(rotation_vectors: &[usize], work: &mut [f64]) {
     for &first in rotation_vectors {
         let most = work[first..first + 3].iter().copied().fold(0.0, f64::max);
@@ -384,7 +383,7 @@ mod tests {
         const H: f64 = 1e-5;
         let (after, before) = (at(&mut model, &moved(H)), at(&mut model, &moved(-H)));
         let changes = springs.changes(&dq);
-        // Moments change by half of their turn as well, which tangents have from the held ones.
+        // Moments also change by half of their turn; tangents contain this with the held moments.
         for i in (0..changes.len()).filter(|i| i % 6 >= 3) {
             let difference = (after.forces[i] - before.forces[i]) / (2.0 * H);
             assert!(

@@ -1,5 +1,5 @@
-//! What acts one way only and is exactly reached, such as a stop, a surface or the length of a tendon: whether it holds a shape. Without
-//! a force it does not, whichever way its gap is rounded: motions to one side meet no resistance of it.
+//! Weakly active constraints: stops, contacts and tendons with a gap of zero and no force. They do not resist motions to one side, so
+//! that the stiffness must not contain them, although rounding of their gaps may activate them.
 
 use crate::analysis::at_rest::{AtRest, OUT_OF_BALANCE};
 use crate::analysis::settled::Settled;
@@ -9,11 +9,11 @@ use crate::model::{Reached, Static};
 #[cfg(feature = "python")]
 use crate::numerics::linalg::Matrix;
 
-/// Equilibrium needs what leaves forces more out of balance by this factor where it is missing. Elsewhere than in equilibrium, rounding
-/// of what is stiff changes forces by less.
+/// A force is needed for equilibrium if the residual without it is larger by this factor. Out of equilibrium, rounding of stiff forces
+/// changes the residual by less.
 const NEEDED: f64 = 1.1;
 
-/// Forces that are out of balance in a shape.
+/// Residual forces in a shape, with bounds of rounding.
 struct Balance {
     residual: Vec<f64>,
     rounding: Vec<f64>,
@@ -38,7 +38,7 @@ impl Balance {
         Some(Self { residual, rounding: settled.rounding(), work })
     }
 
-    /// Whether what is out of balance here is tolerance or rounding, or no more than in another state.
+    /// Whether the residual is within tolerance and rounding, or no larger than in another state.
     fn is_no_worse_than(&self, other: &Self) -> bool {
         (0..self.residual.len()).all(|k| {
             let tolerance = OUT_OF_BALANCE * self.work[k].max(other.work[k]) + self.rounding[k];
@@ -47,8 +47,8 @@ impl Balance {
     }
 }
 
-/// Decides that the stops and surfaces which are exactly reached and which equilibrium does not need do not act, and returns
-/// these, with the multipliers that hold the constraints without them. The model is to be told when this ends.
+/// Disables the stops and contacts at their limits that are not needed for equilibrium, and returns these with the multipliers of the
+/// constraints without them. The caller must undo this by [`decide`](crate::model::InContact::decide) with an empty list.
 pub(crate) fn decide(
     model: &mut dyn Static,
     q: &[f64],
@@ -84,8 +84,8 @@ pub(crate) fn decide(
     (idle, held)
 }
 
-/// Stiffness, damping and mass of a model about rest at `q`, at the time set last, in which nothing acts that is exactly reached
-/// and not needed. Constraints have no part in them. Allocates.
+/// Stiffness, damping and mass of a model about rest at `q`, at the time set last, without weakly active forces and without
+/// constraints. Allocates.
 #[cfg(feature = "python")]
 pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
     let (n, m) = (q.len(), model.facts().constraints());
@@ -106,7 +106,7 @@ pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
     tangents
 }
 
-/// Multipliers of the constraints that hold now.
+/// Multipliers of the active constraints.
 fn held(model: &mut dyn Static, q: &[f64], multipliers: &[f64]) -> Option<Vec<f64>> {
     let mut held = multipliers.to_vec();
     if !held.is_empty() {

@@ -1,4 +1,4 @@
-//! What holds a shape at rest.
+//! Forces of springs and taut tendons in a shape at rest, and coordinates normalised by the stiffness.
 
 use crate::analysis::at_rest::{AtRest, ROUNDING};
 use crate::analysis::natural;
@@ -7,7 +7,7 @@ use crate::analysis::ties::Ties;
 use crate::model::Static;
 use crate::numerics::linalg::Matrix;
 
-/// Natural coordinates of a shape, and the forces with which springs and taut tendons hold it.
+/// Natural coordinates of a shape, and the forces of springs and taut tendons at equilibrium.
 pub(crate) struct Settled {
     /// Tangent of the material, in scaled coordinates.
     pub(crate) material: Matrix,
@@ -33,13 +33,13 @@ impl Settled {
         Some(Self { material, natural, forces })
     }
 
-    /// Forces, times sizes, by which rounding of coordinates changes those of the material.
+    /// Changes of the material's forces, times sizes, by rounding of coordinates.
     pub(crate) fn rounding(&self) -> Vec<f64> {
         let stiffness = self.material.row_iter().map(|row| row.iter().map(|x| x.abs()).sum::<f64>());
         stiffness.map(|stiffness| ROUNDING * f64::EPSILON * stiffness).collect()
     }
 
-    /// With the tendons that hold the shape: those that are just taut are left out.
+    /// The same with the tendons that have a tension; tendons that are only just taut are left out.
     pub(crate) fn with_ties(
         model: &mut dyn Static,
         q: &[f64],

@@ -27,13 +27,13 @@ pub(crate) const GROWING: f64 = 1e-9;
 /// Constraints with a singular value below this fraction of the largest one count as redundant.
 const DEPENDENT: f64 = 1e-8;
 
-/// Where all directions are stiffer than this part of the material, what is left of Newton's method decides no verdict.
+/// If all directions are stiffer than this fraction of the material, the residual of Newton's method cannot change the verdict.
 const FIRM: f64 = 1e-3;
 
-/// A double eigenvalue moves by the root of a perturbation, half of which first-order bounds tell: this factor is safe.
+/// Safety factor of first-order bounds: a double eigenvalue moves by the root of a perturbation, twice what these say.
 const DOUBLE: f64 = 4.0;
 
-/// Eigenvectors of norm one that belong to a drift have a velocity of this size at least.
+/// Smallest velocity part of an eigenvector of norm one that counts as a drift.
 const DRIFT: f64 = 1e-8;
 
 /// Matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
@@ -44,8 +44,8 @@ pub(crate) struct SmallMotions {
     pub(crate) stiffness: Matrix,
     /// Largest error of each entry of the stiffness.
     pub(crate) error: Matrix,
-    /// How it changes up to the equilibrium, with what is left of Newton's method, and up to the derivative of the forces, from which
-    /// it differs by quadrature. Zero where all directions are firm.
+    /// Its change up to the exact equilibrium, by the residual of Newton's method, and its difference from the derivative of the
+    /// forces, by quadrature. Zero if all directions are [`FIRM`].
     pub(crate) change: Matrix,
     /// W.
     pub(crate) basis: Matrix,
@@ -69,7 +69,7 @@ pub(crate) struct Modal {
 pub(crate) struct Motion {
     /// Exactly zero where errors of the stiffness could explain it.
     pub(crate) rate: Complex,
-    /// What these could change s by.
+    /// Bound of the change of s by these errors.
     pub(crate) bound: f64,
     /// x, in the shapes of the undamped motion.
     pub(crate) shape: Vec<Complex>,
@@ -108,13 +108,14 @@ impl SmallMotions {
         }
     }
 
-    /// Eigenvalues with this mass, and bounds of their errors: also as far beyond the equilibrium as the shape is before it.
+    /// Eigenvalues with this mass, and bounds of their errors: of stiffnesses on both sides of the equilibrium, as far beyond it as the
+    /// shape is before it.
     pub(crate) fn pairs(&self, mass: &Matrix) -> Option<Eigenpairs> {
         Some(Eigenpairs::new(&self.stiffness, mass, &self.error)?.with_change(&(&self.change * 2.0)))
     }
 
-    /// What rounding makes of entries that should be equal: half of their differences, where these are beyond the quadrature error
-    /// of bent rods. Next to nothing in the stiffness of a direction with next to no mass is much.
+    /// Rounding of entries that should be symmetric: half of their differences, if these exceed the quadrature error of bent rods. For
+    /// directions with almost no mass even a small stiffness matters.
     fn asymmetry(&self) -> Matrix {
         let k = &self.stiffness;
         Matrix::from_fn(self.n(), self.n(), |i, j| {
@@ -124,7 +125,7 @@ impl SmallMotions {
         })
     }
 
-    /// Whether the stiffness is so far from zero in all directions that what is left of Newton's method decides nothing.
+    /// Whether the stiffness is so far from zero in all directions that the residual of Newton's method does not matter.
     fn is_firm(&self) -> bool {
         let firm = Matrix::identity(self.n(), self.n()) * FIRM;
         pencil::is_positive(&self.stiffness, &(&self.error + firm))
@@ -184,11 +185,11 @@ impl SmallMotions {
     }
 }
 
-/// Constraints in natural coordinates: of which motions they leave free, and what holds a force.
+/// Constraints in natural coordinates: free motions and multipliers.
 struct Held {
-    /// An orthonormal basis of the motions that keep them.
+    /// An orthonormal basis of the motions that satisfy them.
     free: Matrix,
-    /// Multipliers that take up a unit of each force outside these.
+    /// Multipliers that balance a unit of each force perpendicular to these motions.
     multipliers: Matrix,
 }
 
@@ -308,8 +309,8 @@ impl Modal {
     }
 }
 
-/// Small motions of a model about rest at `q` under this fraction of its loads, which keep its constraints. These are held by the
-/// multipliers, of which a model without constraints has none. `None` if a number is not finite.
+/// Small motions of a model about rest at `q` under this fraction of its loads, which satisfy its constraints with these multipliers.
+/// `None` if a number is not finite.
 pub(crate) fn small_motions(
     model: &mut dyn Static,
     q: &[f64],
@@ -325,7 +326,7 @@ pub(crate) fn small_motions(
     motions
 }
 
-/// The same where it is decided which stops and surfaces do not act.
+/// The same after weakly active stops and contacts have been disabled.
 fn decided_motions(
     model: &mut dyn Static,
     q: &[f64],
@@ -349,7 +350,7 @@ fn decided_motions(
     let mut rows = at_rest.gap_jacobian();
     error += natural.magnitudes(&at_rest.of_gaps(&rows), None);
     if ties.has_taut() {
-        // The basis that separates what tendons stretch is known to rounding, in coordinates in which all stiffnesses are of size one.
+        // Rounding of the basis, in coordinates in which all stiffnesses are of size one.
         error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);
     }
     let just = ties.reached();
@@ -382,14 +383,14 @@ fn decided_motions(
     if at_rest.model.facts().is_discretised {
         add_mismatch(&mut kept, &mut at_rest, [&values, &work], &shapes);
     }
-    // What is left of Newton's method, in coordinates and in the forces that hold constraints and springs.
+    // The residual of Newton's method, in coordinates and in the forces of constraints and springs.
     let residual = DVector::from(natural.residual(&residual, own, &forces));
     let step = &held.free * kept.newton_step(&values, &shapes, &held.free.tr_mul(&residual));
     let more = &held.multipliers * (&residual + &motions.stiffness * &step);
     let moved = natural.coordinates(step.as_slice());
     let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
     let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
-    // Springs follow their displacements from where these are, not from the forces that are held.
+    // Forces of springs follow from their displacements, not from the held forces.
     let forces: Vec<f64> = own.map_or_else(Vec::new, |own| {
         let changes = natural.change_of_forces(own, step.as_slice());
         own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
@@ -402,8 +403,8 @@ fn decided_motions(
     Some(kept)
 }
 
-/// Adds the error of quadrature to small motions whose stiffness has these eigenvalues and shapes, and the rounding of the differences
-/// that tell it.
+/// Adds the error of quadrature to small motions whose stiffness has these eigenvalues and shapes, and the rounding of the numerical
+/// derivatives by which it is computed.
 fn add_mismatch(
     kept: &mut SmallMotions,
     at_rest: &mut AtRest<'_>,

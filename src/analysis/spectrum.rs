@@ -98,8 +98,8 @@ impl Spectrum {
         Self::by_tangent(model, t, [q0, v0, &a0])
     }
 
-    /// The same of a model without constraints whose accelerations `a0` are known, by its tangent alone: a third of the cost for
-    /// few coordinates. What is slow may be rounding.
+    /// The same for a model without constraints with known accelerations `a0`, by its tangent alone: a third of the cost for
+    /// few coordinates. Slow vibrations may be rounding.
     pub(crate) fn by_tangent<M: Static>(model: &mut M, t: f64, [q0, v0, a0]: [&[f64]; 3]) -> Option<Self> {
         let n = model.facts().n;
         model.set_time(t).ok()?;

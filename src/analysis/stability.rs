@@ -85,9 +85,9 @@ pub(crate) fn verdict(motions: &SmallMotions) -> Option<Verdict> {
     Some(Verdict { stability, undamped })
 }
 
-/// Stability of `M x'' + K x = 0` with a symmetric stiffness. How many eigenvalues of `K x = l M x` are negative is a matter of K
-/// alone (Sylvester 1852): the mass determines how accurately each direction is judged. Where some of it is missing, the magnitudes
-/// of the stiffness stand for it.
+/// Stability of `M x'' + K x = 0` with a symmetric stiffness. The number of negative eigenvalues of `K x = l M x` depends on K alone
+/// (Sylvester 1852); the mass only determines the accuracy in each direction. Where mass is missing, the magnitudes of the stiffness
+/// replace it.
 fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
     let SmallMotions { stiffness, mass, error, change, .. } = motions;
     let uncertain = error + change.abs() * 2.0;
@@ -112,7 +112,7 @@ fn of_stiffness(motions: &SmallMotions) -> Option<Stability> {
     })
 }
 
-/// Whether no velocity gains energy by damping forces.
+/// Whether damping forces never add energy.
 fn dissipates(damping: &Matrix) -> Option<bool> {
     let size = damping.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let lowest = symmetric_eigenvalues(&symmetric_part(damping))?.first().copied().unwrap_or(0.0);

@@ -1,5 +1,5 @@
-//! Springs to the world and elastic tendons that are taut: what holds a shape by its deflections. How much each of them pulls is an
-//! unknown of its own beside the coordinates, because a deflection tells the force of a stiff one only up to rounding times stiffness.
+//! Springs to the world and taut elastic tendons of a shape. Their forces are unknowns beside the coordinates, because a deflection
+//! determines the force of a stiff spring only up to rounding times stiffness.
 
 use crate::analysis::natural;
 use crate::analysis::natural::DISPLACEMENT_ROUNDING;
@@ -7,10 +7,10 @@ use crate::model::springs::{Cords, Springs};
 use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Matrix, bounded_least_squares, norm};
 
-/// Forces balance without a tendon if less than this part of what they could do is left: ten times the tolerance of equilibria.
+/// Forces balance without a tendon if the residual is below this part of their magnitudes: ten times the tolerance of equilibria.
 const JUST: f64 = 1e-9;
 
-/// A motion that slackens one of several tendons stretches others if less than this part of it is left.
+/// Every motion that slackens a tendon stretches others if its row is a combination of theirs up to this part.
 const OPPOSED: f64 = 1e-9;
 
 /// Springs and taut elastic tendons in a shape, in coordinates divided by their sizes.
@@ -26,7 +26,7 @@ pub(crate) struct Ties {
 }
 
 impl Ties {
-    /// Under a part of the loads tendons pull less than their lengths tell: then none of them is among these.
+    /// Under a part of the loads, tensions do not follow from lengths: then no tendons are included.
     pub(crate) fn new(model: &mut dyn Static, q: &[f64], sizes: &[f64], load_factor: f64) -> Self {
         let (n, m) = (q.len(), model.facts().cords);
         let mut cords = Cords::new(m, n);
@@ -34,7 +34,7 @@ impl Ties {
             model.linearise_cords(q, &mut cords);
         }
         cords.jacobian.column_iter_mut().zip(sizes).for_each(|(mut column, size)| column *= *size);
-        // One that is slack by no more than rounding holds a shape, if another one just as taut keeps it from becoming slack.
+        // A tendon that is slack by no more than rounding counts as taut at first; `slacken` decides.
         let pulls = |i: &usize| {
             let is_taut = cords.excesses[*i] > -DISPLACEMENT_ROUNDING * cords.spans[*i];
             is_taut && cords.stiffness[*i].is_finite() && load_factor == 1.0
@@ -63,7 +63,7 @@ impl Ties {
         self.all = Some(all);
     }
 
-    /// Replaces what these pull with, in forces and tangents; constraints are held by multipliers.
+    /// Prescribes the forces of these in forces and tangents; constraints have these multipliers.
     pub(crate) fn hold(&self, model: &mut dyn Static, forces: &[f64], multipliers: &[f64]) {
         if self.springs > 0 {
             model.hold_springs(Some(&forces[..self.springs]));
@@ -90,7 +90,7 @@ impl Ties {
         !self.taut.is_empty()
     }
 
-    /// What is decided of tendons exactly at their lengths.
+    /// Tendons exactly at their lengths, with whether they count as slack or taut.
     pub(crate) fn reached(&self) -> Vec<Reached> {
         let Cords { excesses, spans, .. } = &self.cords;
         let is_rounding = |i: &usize| excesses[*i].abs() <= DISPLACEMENT_ROUNDING * spans[*i];
@@ -102,7 +102,7 @@ impl Ties {
         !self.taut.is_empty() || !self.slack.is_empty()
     }
 
-    /// Tensions of all tendons: of taut ones by these forces, of those that do not stretch by multipliers, which follow those of loops.
+    /// Tensions of all tendons: of taut elastic ones by these forces, of inextensible ones by multipliers, which follow those of loops.
     pub(crate) fn tensions(&self, forces: &[f64], multipliers: &[f64]) -> Vec<f64> {
         let Cords { stiffness, excesses, .. } = &self.cords;
         let rigid = stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
@@ -122,10 +122,9 @@ impl Ties {
         tensions
     }
 
-    /// Leaves out tendons that are just taut: where forces balance without them as well as with them, motions to one side meet no
-    /// resistance of theirs. Those remain that become slack by no motion, because it would stretch others that are just taut.
-    /// `residual` is what is left of the forces, `rounding` what may be left of it by rounding, `work` what all of them could do along
-    /// each coordinate. Whether any is left out.
+    /// Removes tendons that are only just taut: if forces balance without them as well as with them, they do not resist motions to one
+    /// side. Keeps tendons that cannot become slack without stretching others that are just taut. `residual` are the residual forces,
+    /// `rounding` bounds of their rounding, `work` the magnitudes of all forces along each coordinate. Returns whether any was removed.
     pub(crate) fn slacken(
         &mut self,
         forces: &[f64],
@@ -135,13 +134,13 @@ impl Ties {
     ) -> bool {
         let n = work.len();
         let Cords { excesses, spans, jacobian, .. } = &self.cords;
-        // The part of what forces could do that is left along what a tendon moves, without a tension.
+        // The residual without a tension, relative to the magnitudes of forces, along coordinates that change the tendon's length.
         let left = |i: usize, tension: f64| {
             let along = (0..n).filter(|&k| jacobian[(i, k)] != 0.0);
             let left = |k: usize| ((residual[k] - tension * jacobian[(i, k)]).abs() - rounding[k]).max(0.0);
             along.map(|k| if left(k) == 0.0 { 0.0 } else { left(k) / work[k] }).fold(0.0, f64::max)
         };
-        // Joints alone may bear it: then no force along a coordinate tells its size, only its excess does.
+        // Joints alone may carry the tension: then its size follows only from its excess, not from the balance along coordinates.
         let is_weak = |i: usize, tension: f64| {
             let most = (0..n).filter(|&k| jacobian[(i, k)] != 0.0).map(|k| work[k]).fold(0.0, f64::max);
             tension * spans[i] <= JUST * most
@@ -150,7 +149,7 @@ impl Ties {
             if excesses[i] <= DISPLACEMENT_ROUNDING * spans[i] {
                 return left(i, tension) <= JUST.max(left(i, 0.0));
             }
-            // Its tension alone would be out of balance, or does nothing.
+            // Its tension alone would disturb the balance, or is negligible.
             let is_refuted = (0..n).any(|k| (tension * jacobian[(i, k)]).abs() > JUST * work[k]);
             left(i, tension) <= JUST && (is_refuted || is_weak(i, tension))
         };

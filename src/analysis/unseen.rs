@@ -17,7 +17,8 @@ const WORTH_A_WARNING: f64 = 1e-2;
 /// Models with more coordinates are not checked: their spectrum would cost more than a short run.
 const MOST_COORDINATES: usize = 100;
 
-/// Steps of a period from which on average acceleration shows the shape of a vibration: its frequency is then off by at most 3 %.
+/// Smallest number of steps in a period with which average acceleration resolves a vibration: the error of its frequency is then at most
+/// 3 %.
 const RESOLVED: f64 = 10.0;
 
 /// Below this half angle of a step, the series of the arc tangent is accurate to 1e-6, whereas the difference
@@ -46,7 +47,7 @@ struct Vibration {
     /// Rates of decay and of phase error, in 1/s.
     decay: f64,
     drift: f64,
-    /// Time in which the error grows, and [`growth`](Self::growth) within it.
+    /// Time during which the error grows, and [`growth`](Self::growth) within it.
     lasting: f64,
     most: f64,
     shape: Vec<f64>,

@@ -417,7 +417,7 @@ fn descend(
     (found, counters)
 }
 
-/// Goes on to the inputs nearest to those that are wanted, among those that give the same poses. False if these are not found.
+/// Continues to the inputs nearest to the preferred ones, among those that give the same poses. False if these are not found.
 fn settle(
     system: &mut Actuated<'_, '_>,
     x: &mut [f64],

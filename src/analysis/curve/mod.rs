@@ -3,8 +3,8 @@
 //! Points determine bending and stretch. Torsion and shear, on which the axis of a rod hardly depends, stay at rest
 //! unless the axes of sections are given as well. The squared distances (and angles, times the length of the rod)
 //! are minimised by Gauss-Newton steps in a trust region (Levenberg 1944; Moré 1978) with the exact Jacobians of
-//! the kinematics. `start` computes where they begin: from the curvature of the points, so that rods of many turns do
-//! not end in a local minimum.
+//! the kinematics. `start` computes the initial coordinates from the curvature of the points, so that rods of many turns
+//! do not end in a local minimum.
 //!
 //! ```
 //! use lissom::curve::{Curve, coordinates_of};
@@ -143,7 +143,7 @@ impl Status {
     }
 }
 
-/// Coordinates of a rod, and how far it is from the points.
+/// Coordinates of a rod, and its distances from the points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Followed {
     /// Coordinates of the link: of its joint unless it is driven, then of its rod.
@@ -225,7 +225,7 @@ pub fn coordinates_of(
     Ok(if status == Status::Interrupted { Err(Unfinished::new(followed)) } else { Ok(followed) })
 }
 
-/// Why there are no coordinates to begin with.
+/// Why no initial coordinates were found.
 enum Unreached {
     Input(InvalidInput),
     Interrupted,
@@ -243,7 +243,7 @@ impl From<Interrupted> for Unreached {
     }
 }
 
-/// The link by itself, attached to the world where the axes of the curve are. Driven joints count as welded.
+/// The link as a robot, attached to the world at the axes of the curve. Driven joints count as welded.
 fn alone(link: &Link) -> Robot {
     let joint = if link.driven.is_none() { link.joint.clone() } else { Joint::Weld };
     Robot::new(vec![Link { joint, rod: link.rod.clone(), ..Link::new(link.name.clone()) }])

@@ -1,4 +1,4 @@
-//! Where the search begins: coordinates from the curvature of the points.
+//! Initial coordinates of the search from the curvature of the points.
 
 use std::ops::Range;
 
@@ -14,8 +14,8 @@ use crate::robot::{Link, Robot, RobotModel};
 /// Strains that points determine without frames: both bends and the stretch.
 const DETERMINED: Range<usize> = 1..4;
 
-/// Weight of the coordinates themselves, relative to that of the strains, which keeps those at zero that too few points
-/// leave open.
+/// Weight of the coordinates themselves relative to that of the strains: coordinates that too few points do not determine
+/// become zero.
 const RIDGE: f64 = 1e-10;
 
 /// Sines below this are zero: directions that agree, or are opposite.
@@ -97,7 +97,7 @@ impl Start {
             Some(frames) => frames[0],
             None => turning(axis, self.tangents[0]),
         };
-        // The turn about a tangent alone is open.
+        // Without frames, the turn about the tangent is undetermined.
         let about = [if self.frames.is_some() { 1.0 } else { 0.0 }, 1.0, 1.0];
         let target = Target {
             position: Some((self.points[0] - self.tangents[0] * self.at[0]).to_array()),

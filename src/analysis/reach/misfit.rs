@@ -20,7 +20,7 @@ struct Goal {
     /// Weights of position and orientation, relative to the largest weight.
     weights: [Vector<f64>; 2],
     counted: [bool; 6],
-    /// Inverse of the length of what moves the point, which makes a position error of one length count as much as a radian.
+    /// Inverse of the length of the chain that moves the point: a position error of one length counts as much as a radian.
     scale: f64,
 }
 
@@ -198,7 +198,7 @@ impl Goal {
         weights.filter(|(_, is_counted)| *is_counted).map(|(weight, _)| weight)
     }
 
-    /// Weights of displacement and rotation vector; displacements are divided by the length of what moves the point.
+    /// Weights of displacement and rotation vector; displacements are divided by the length of the chain that moves the point.
     fn weights(&self, alike: bool) -> [Vector<f64>; 2] {
         let [position, orientation] = if alike { [Vector::new(1.0, 1.0, 1.0); 2] } else { self.weights };
         [position * self.scale, orientation]

@@ -13,28 +13,28 @@ use crate::model::{
 };
 use crate::numerics::linalg::Matrix;
 
-/// Stiffness of a spring in units of what resists the motions that its constraint prevents: what it gives then is rounding of
-/// displacements. What the constraint does not move has no say. With a tenth of that, what the springs of a clamped arch give is asymmetry
-/// enough to lead its path off the symmetric branch.
+/// Stiffness of a spring in units of the stiffness of the motions that its constraint prevents: its deflection is then rounding of
+/// displacements. With a tenth of that, the deflections of a clamped arch are asymmetric enough to lead its path off the symmetric
+/// branch.
 const STIFF: f64 = 1e13;
 
 /// A model whose loops are held by springs.
 pub(crate) struct AsSprings<'a> {
     model: &'a mut dyn Static,
     facts: Facts,
-    /// Of every constraint.
+    /// Stiffness of the spring of every constraint.
     stiffness: Vec<f64>,
-    /// Sizes of the coordinates, and what resists a step of one size: material, tangent, or weight and loads, whichever is the most.
+    /// Sizes of the coordinates, and the resistance to a step of one size: the largest of material, tangent, and weight and loads.
     sizes: Vec<f64>,
     resistance: Vec<f64>,
-    /// What is taken for the multipliers, the opposite of the springs' forces.
+    /// Prescribed multipliers, the opposite of the springs' forces.
     held: Option<Vec<f64>>,
     multipliers: Vec<f64>,
     gap_jacobian: Matrix,
 }
 
 impl<'a> AsSprings<'a> {
-    /// With springs that are stiff beside what a model is near a shape.
+    /// With springs that are stiff relative to the model near a shape.
     pub(crate) fn new(model: &'a mut dyn Static, q: &[f64]) -> Self {
         let (n, m) = (q.len(), model.facts().constraints());
         let facts = facts_with_springs(model.facts());
@@ -68,7 +68,7 @@ impl<'a> AsSprings<'a> {
         forget_unmoved(&mut self.gap_jacobian, &self.sizes, &self.model.facts().gap_sizes);
     }
 
-    /// Makes the springs of the constraints that hold in a shape as stiff as they are there.
+    /// Computes the stiffnesses of the springs of active constraints for a shape.
     fn stiffen(&mut self, q: &[f64]) {
         self.find_rows(q);
         for (stiffness, row) in self.stiffness.iter_mut().zip(self.gap_jacobian.row_iter()) {
@@ -81,8 +81,7 @@ impl<'a> AsSprings<'a> {
         }
     }
 
-    /// The model takes the multipliers that are held, or those of its gaps; the Jacobian of these is found where they are not
-    /// held.
+    /// Sets the multipliers of the model: the held ones, or those of the springs for its gaps.
     fn answer(&mut self, q: &[f64]) {
         match &self.held {
             Some(held) => self.multipliers.copy_from_slice(held),
@@ -102,7 +101,7 @@ impl<'a> AsSprings<'a> {
         self.model.set_multipliers(&self.multipliers);
     }
 
-    /// Adds the stiffness of springs whose forces are their own.
+    /// Adds the stiffness of the springs, unless their forces are held.
     fn add_stiffness(&mut self, q: &[f64], weight: f64, tangent: &mut Matrix) {
         if self.held.is_some() || weight == 0.0 {
             return;
@@ -141,7 +140,7 @@ impl Elastic for AsSprings<'_> {
         self.release();
     }
 
-    /// That of the multipliers is what the tangent is more with them than without.
+    /// The part of the multipliers is the difference of the tangents with and without them.
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix) {
         self.model.elastic_tangent(q, tangent);
         self.answer(q);
@@ -214,7 +213,7 @@ impl InTime for AsSprings<'_> {
 
 impl Untied for AsSprings<'_> {}
 
-/// Its loops are springs. Those that hold one way only do so still; their multipliers are the opposite of the springs' forces.
+/// Its loops are springs. One-sided constraints remain one-sided; their multipliers are the opposite of the springs' forces.
 impl OneSided for AsSprings<'_> {
     fn held(&self) -> Vec<bool> {
         self.model.held()

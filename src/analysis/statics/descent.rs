@@ -39,9 +39,8 @@ const TRUSTED: f64 = 1e-6;
 /// this factor are at the level of rounding.
 const AT_KINKS: f64 = 1e-3;
 
-/// Maximum number of iterations that restore consistency of a trial's springs with their forces; each one
-/// about doubles the number of digits. At the start, which may be far from shapes that stiff springs allow,
-/// the same limit applies.
+/// Maximum number of iterations that make a trial's springs consistent with their forces; each one about doubles the number of
+/// correct digits. The same limit applies at the start, which may be far from consistent.
 const RESTORING: usize = 8;
 const FIRST_RESTORING: usize = 50;
 

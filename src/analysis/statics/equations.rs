@@ -230,9 +230,9 @@ impl<'a> Equations<'a> {
         self.model.flaw(q)
     }
 
-    /// Whether surfaces pass through each other on the way between two shapes, of this scaled length.
+    /// Whether surfaces pass through each other on the path between two shapes, of this scaled length.
     pub(super) fn have_tunnelled(&mut self, from: &[f64], to: &[f64], length: f64) -> bool {
-        /// Places move straight on within parts of this length: those of a link that turns by a tenth of a radian are off by
+        /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
         /// a thousandth of its length.
         const PART: f64 = 0.1;
         if !self.model.facts().has_contact || !length.is_finite() {
@@ -249,7 +249,7 @@ impl<'a> Equations<'a> {
         })
     }
 
-    /// Problem of a shape with sunk surfaces; `None` otherwise.
+    /// Problem of a shape with deep penetration; `None` otherwise.
     pub(super) fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
         self.model.deep_penetration(q)
     }

@@ -12,10 +12,10 @@ use crate::numerics::linalg::norm;
 /// Called before every evaluation; may stop a search.
 pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
-/// An interrupted search, and what it had reached by then, if anything.
+/// An interrupted search, with its latest state, if any.
 pub(super) struct Halted(Option<Box<Reached>>);
 
-/// What a search had reached.
+/// State of a search at its interruption.
 pub(super) struct Reached {
     pub(super) q: Vec<f64>,
     pub(super) load_factor: f64,
@@ -51,7 +51,7 @@ impl Halted {
         Self(self.0.map(|reached| Box::new(Reached { path: path.clone(), ..*reached })))
     }
 
-    /// The result until the interruption, with what is left of the forces. Evaluates them once.
+    /// The result until the interruption, with the residual forces, which are evaluated once.
     pub(super) fn unfinished(self, model: &mut dyn Static, start: &Start) -> Unfinished<Equilibrium> {
         let n = model.facts().n;
         let Reached { q, load_factor, path, counters } = self.0.map_or_else(

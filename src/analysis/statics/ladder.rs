@@ -1,47 +1,47 @@
-//! Stiff contacts by way of soft ones.
+//! Homotopy in the stiffness of contacts.
 //!
-//! The stiffer surfaces are, the shorter are the steps in which what touches stays as linearised. Hence shapes are first sought with
-//! contacts as soft as the forces allow, and these shapes start searches with stiffer ones: homotopy in the penalty (Nocedal and Wright
-//! 2006, section 17.1). The last search is that of the model itself. Its result is thus an equilibrium of the stiff contacts; the
-//! soft ones decide only where it starts.
+//! The stiffer surfaces are, the shorter are the steps for which linearised contacts are valid. Therefore shapes are first searched with
+//! contacts as soft as the forces allow; these shapes start searches with stiffer ones (penalty continuation: Nocedal and Wright 2006,
+//! section 17.1). The last search uses the contacts of the model, so that its result is an equilibrium of these; the soft contacts only
+//! determine its start.
 
 use crate::analysis::natural;
 use crate::model::{Static, chart};
 use crate::numerics::linalg::Matrix;
 
-/// Stiffness of the softest contacts: with this part of it the forces would press surfaces into each other by their thickness.
+/// This part of the estimated forces presses the softest surfaces into each other by their thickness.
 const FIRST: f64 = 0.3;
 
 /// Factor between stiffnesses, unless overlaps are so small that a shape hardly depends on them.
 const FACTOR: f64 = 10.0;
 
-/// Shapes of soft contacts may be off by this part of the forces.
+/// Tolerance of searches with soft contacts, relative to the forces.
 pub(super) const LOOSE: f64 = 1e-4;
 
 /// More iterations than this number do not help with soft contacts.
 pub(super) const LONGEST: usize = 100;
 
-/// Surfaces that overlap by more than this part of their thickness do not tell on which side they are.
+/// Beyond this overlap over the thickness, surfaces may be on either side of each other.
 pub(super) const DEEP: f64 = 0.5;
 
-/// The middle of what overlaps by more than its thickness may be inside the other surface.
+/// Beyond this overlap over the thickness, the middle of a surface may be inside the other one.
 const INSIDE: f64 = 1.0;
 
-/// Overlap over the thickness, of surfaces with two sides, beyond which what is on the way between two shapes passes through: parts of
-/// a way that are too short to hide anything are not looked at, so that where they end tells.
+/// Overlap over the thickness, of surfaces with two sides, beyond which a path between two shapes passes through them. Paths too short
+/// for the tunnelling check are judged by the overlap at their end.
 pub(super) fn inside(model: &mut dyn Static, ends: [&[f64]; 2]) -> f64 {
     let overlaps = ends.map(|q| model.deepest_overlaps(q)[1]);
     overlaps.into_iter().fold(INSIDE, f64::max)
 }
 
-/// What a shape of soft contacts is for stiffer ones.
+/// Use of a shape with soft contacts in the next search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rung {
     /// The start of the next search.
     Start,
     /// An equilibrium in which nothing touches, whatever the stiffness is.
     Free,
-    /// No start: the next search begins where the first one did.
+    /// No start: the next search begins from the initial shape.
     Dropped,
 }
 
@@ -57,15 +57,15 @@ impl Ladder {
         Self { forces: forces_on_contacts(model, q), part: FIRST }
     }
 
-    /// Softens the contacts for the next search. False if they are not softer than they are themselves.
+    /// Softens the contacts for the next search. False if none became softer.
     pub(super) fn soften(&self, model: &mut dyn Static) -> bool {
         let limits: Vec<f64> = self.forces.iter().map(|force| self.part * force).collect();
         model.soften_contact(Some(&limits))
     }
 
-    /// What a shape, in which a search has ended, is for the next one: surfaces overlap there by this part of their thickness, and by
-    /// at most `deepest` on the way. If nothing touches there although surfaces were deep in each other, they may have passed through;
-    /// where they never were deep, also a shape on the way to equilibrium is a start.
+    /// Use of the last shape of a search in the next one, with this overlap over the thickness there and at most `deepest` on the way.
+    /// If nothing touches although surfaces were deep in each other, they may have passed through. Without deep overlaps, a shape
+    /// that is not in equilibrium is a start as well.
     pub(super) fn climb(&mut self, overlap: f64, deepest: f64, has_converged: bool) -> Rung {
         let is_sound = deepest <= DEEP;
         let rung = match (has_converged, overlap > 0.0) {
@@ -79,8 +79,8 @@ impl Ladder {
     }
 }
 
-/// Size of the forces that press the surfaces of every pair together: what weight, loads and bending by a radian could do over the
-/// way on which surfaces move.
+/// Size of the forces that press the surfaces of every pair together: the work of weight, loads and bending by a radian over the
+/// displacement of the surfaces.
 fn forces_on_contacts(model: &mut dyn Static, q: &[f64]) -> Vec<f64> {
     let n = q.len();
     let mut sizes = vec![0.0; n];

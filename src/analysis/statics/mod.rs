@@ -87,7 +87,7 @@ pub fn equilibrium(
     }))
 }
 
-/// The same with its deepest overlap, and with advice on what holds it.
+/// The same with its deepest overlap, and with advice on contacts, stops and tendons.
 fn advised(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
     found.deepest = model.deepest_overlap(&found.q);
     let last = [&found.q[..]];
@@ -117,7 +117,7 @@ fn sought(
         Start::Newton(q0) => {
             let mut tried = Counters::default();
             let mut first = None;
-            // With tendons that may be slack or taut, only the search knows which of them hold.
+            // With tendons that may be slack or taut, the search determines the active ones.
             if !model.facts().is_one_sided {
                 match near(model, q0, options, &mut *monitor) {
                     Ok(found) if found.status.is_success() => return Ok(Ok(found)),
@@ -259,8 +259,8 @@ impl Status {
     }
 }
 
-/// Largest relative change of forces that balances them in an equilibrium: above what tolerances leave, 1e-10 of the largest forces,
-/// along directions in which no force does work (`search::end`), and below a force that is missing.
+/// Largest relative change of forces that balances them in an equilibrium (`search::end`): above the residual of converged shapes, 1e-10
+/// of the largest forces, and below any missing force.
 const BALANCED: f64 = 1e-4;
 
 /// Follows the path of growing loads; if the path ends early, releases the model there.
@@ -356,14 +356,14 @@ fn follow_loads(
     Ok(Some(Followed { found, end, path, counters: equations.counters }))
 }
 
-/// Whether all forces of a shape balance, by moments that do not vanish where coordinates are singular.
+/// Whether all forces of a shape balance, measured by true moments, which do not vanish where rotation vectors are singular.
 fn is_balanced(model: &mut dyn Static, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
-    // Only rotation vectors are singular anywhere, and only constraints may push.
+    // Only rotation vectors have singularities, and only constraints can have inadmissible signs.
     let is_regular = model.facts().rotation_vectors.is_empty() && model.facts().constraints() == 0;
     Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED)
 }
 
-/// Searches the equilibrium to which a shape comes to rest; saddles are left if it has to be a stable one.
+/// Searches the equilibrium at which a released shape comes to rest; leaves saddles if it has to be stable.
 fn release(
     model: &mut dyn Static,
     q0: &[f64],
@@ -373,7 +373,7 @@ fn release(
 ) -> Result<Equilibrium, Halted> {
     let mut tried = Counters::default();
     if is_stable && model.facts().springs > 0 {
-        // Moments of supports that turn a lot have other second derivatives than the search assumes.
+        // For large turns, the second derivatives of supports' moments differ from those that the search assumes.
         let laid = without_potential(model, q0, options, &mut *monitor)?;
         if laid.status.is_success() {
             return Ok(laid);
@@ -414,8 +414,8 @@ fn release(
     )
 }
 
-/// Descent under loads without a potential, such as those that follow the rod. Its end is judged by true moments: at a turn of
-/// 2 pi the forces along rotation vectors vanish whatever acts, and the descent goes on from the same shape.
+/// Descent under loads without a potential, such as follower loads. Its end is tested by true moments: at a turn of 2 pi the generalised
+/// forces of rotation vectors vanish under any moment; the descent then continues from the folded shape.
 fn without_potential(
     model: &mut dyn Static,
     q0: &[f64],
@@ -441,8 +441,8 @@ fn without_potential(
     })
 }
 
-/// What Newton's method finds next to where a descent has ended, if anything. Almost rigid springs in place of loops round forces, so that
-/// no step reduces them although an equilibrium is nearer than 1e-7; shape and multipliers together find it.
+/// The equilibrium that Newton's method finds close to the end of a descent, if any. With almost rigid springs in place of loops, rounding
+/// of forces can stop a descent although an equilibrium is closer than 1e-7; Newton's method on shape and multipliers finds it.
 fn beside(
     model: &mut dyn Static,
     found: Equilibrium,
@@ -459,14 +459,14 @@ fn beside(
     Ok(Equilibrium { counters, ..if is_found { nearby } else { found } })
 }
 
-/// Calls a search until its end is in equilibrium: from the folded shape at which it wrongly ended.
+/// Repeats a search from its folded last shape until that is in equilibrium by true moments.
 fn until_balanced(
     model: &mut dyn Static,
     q0: &[f64],
     monitor: Monitor<'_>,
     mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
 ) -> Result<Equilibrium, Halted> {
-    /// A search need not come to such a shape again.
+    /// Maximum number of repetitions; one is usually enough.
     const TIMES: usize = 4;
     let mut q = q0.to_vec();
     let mut counters = Counters::default();
@@ -499,7 +499,7 @@ fn near(
         if model.facts().constraints() == 0 {
             return newton(&mut judging(model, q, options, monitor), q, options);
         }
-        // On shape and multipliers together, which closes the loops; from nearby this is sufficient.
+        // Newton's method on shape and multipliers, which closes the loops, suffices from nearby.
         let approached = tied_newton::approach(model, q, options, &mut *monitor)?;
         if let Some(found) = approached.judged(model, options) {
             return Ok(found);
@@ -636,12 +636,12 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         // With stiff tendons and joints, rounding of the shape causes forces that no step can reduce.
         (status, step_norm) = (Status::Converged, next);
     }
-    // So far away forces that fade have no sizes.
+    // Far away from the start, fading forces do not prove an equilibrium.
     let apart = state.q.iter().zip(q0).zip(&equations.sizes).map(|((q, q0), size)| (q - q0) / size);
     if status.is_success() && norm(&apart.collect::<Vec<_>>()) > search::UNHELD {
         status = Status::Unheld;
     }
-    // Rounding of the shape decides the forces of stiff springs: those of the state tell the residual.
+    // The forces of stiff springs by the shape are rounding: the residual uses those of the state.
     let residual_norm = if state.forces.is_empty() { outcome.residual_norm } else { f64::NAN };
     judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
 }
@@ -652,7 +652,7 @@ struct Found {
     state: State,
     step_norm: f64,
     residual_norm: f64,
-    /// Of constraints, where they are known.
+    /// Multipliers of the constraints, if known.
     multipliers: Option<Vec<f64>>,
 }
 
@@ -674,7 +674,7 @@ fn judging<'a>(
     equations
 }
 
-/// Adds stability, of a model with constraints by motions that keep them.
+/// Adds stability; for a model with constraints, by motions that satisfy them.
 fn judged(
     model: &mut dyn Static,
     found: Found,
@@ -686,7 +686,7 @@ fn judged(
     let (q, multipliers) = (found.state.q.clone(), found.multipliers.clone());
     let equilibrium = if model.facts().constraints() > 0 {
         let mut held = AsSprings::new(model, &q);
-        // Only motions that keep the loops closed tell.
+        // Only motions that keep the loops closed decide stability.
         let quiet = Options { stability: false, ..options.clone() };
         judge(&mut judging(&mut held, &q, &quiet, monitor), found, path)
     } else {

@@ -25,7 +25,7 @@ pub enum Status {
     IterationLimit,
     /// No step decreases the energy.
     Stalled,
-    /// The energy falls without end: nothing holds the model in some direction.
+    /// The energy is unbounded below: the model is not held in some direction.
     Unheld,
     /// Forces or stiffnesses are not finite.
     NonFinite,
@@ -151,14 +151,14 @@ pub struct Equilibrium {
     pub residual_norm: f64,
     /// `|dq / s|` of the last Newton step: approximately the error of q.
     pub step_norm: f64,
-    /// Stability; `None` if unknown, or not asked for.
+    /// Stability; `None` if unknown or not requested.
     pub verdict: Option<Verdict>,
     /// Smallest eigenvalue of the (symmetric part of the) tangent stiffness relative to the stiffness of
     /// material and springs: one without load, zero at critical points.
     pub lowest: f64,
     /// The load path; empty if none was followed.
     pub path: Path,
-    /// The overlap that is deepest for its surfaces, if any surfaces touch.
+    /// The overlap with the largest share of its surfaces' thickness, if any surfaces touch.
     pub deepest: Option<Overlap>,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,

@@ -43,8 +43,9 @@ const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
 /// loads are close together.
 const LARGEST_DEVIATION: f64 = 0.5;
 
-/// Longest turn of a coordinate in a step, in radians: soft springs would end on other windings. Longer ones are taken where the
-/// path is straight up to this distance in scaled coordinates, as that of a moment that rolls a rod up.
+/// Longest turn of a coordinate in a step, in radians: with soft springs, longer ones would end on another winding. Longer turns are
+/// accepted if the path deviates from a straight line by at most the second number, in scaled coordinates, as for a moment that
+/// rolls a rod up.
 const LONGEST_TURN: f64 = 2.0;
 const STRAIGHT: f64 = 1e-6;
 
@@ -140,8 +141,8 @@ pub struct Path {
     pub q: Vec<f64>,
     /// Smallest eigenvalue of the tangent stiffness relative to that of material and springs, shape (m,).
     pub lowest: Vec<f64>,
-    /// Stability, shape (m,); `None` if the mass matrix is singular, if nobody asks, if the judgement was interrupted, and before the
-    /// end of a path of growing loads, of which only the end is judged.
+    /// Stability, shape (m,); `None` if the mass matrix is singular, if it was not requested or its computation was interrupted, and
+    /// before the end of a path of growing loads, for which only the end is judged.
     pub stability: Vec<Option<Stability>>,
     /// Critical points.
     pub critical: Vec<CriticalPoint>,
@@ -178,7 +179,7 @@ pub(super) struct Follower<'a, 'b> {
     compliance: f64,
     /// Problem of the invalid shape to which the last step led, if any.
     pub(super) flaw: Option<Flaw>,
-    /// Whether a long turn has left its prediction: no more of them.
+    /// Whether a long turn has deviated from its prediction, so that no more are allowed.
     is_winding: bool,
 }
 
@@ -307,7 +308,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         LONGEST_TURN / turns.fold(0.0, f64::max)
     }
 
-    /// Rewrites a place with rotation vectors no longer than pi: at 2 pi generalised forces vanish although moments do not.
+    /// Rewrites a place with rotation vectors no longer than pi: at 2 pi generalised forces vanish under any moment.
     fn fold(&mut self, place: &mut Place) -> Result<(), Interrupted> {
         let Place { state, direction, .. } = place;
         let (n, sizes) = (state.q.len(), self.equations.sizes.clone());
@@ -401,7 +402,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let mut step = STEP_OVER_CORNER;
         let mut state = place.state.clone();
         if LONGEST_OVER_CORNER * rate >= SHORTEST_STEP_OVER_CORNER {
-            // Start straight on, beyond the corner: across it, as at a stop, Newton's method need not contract.
+            // Start on the straight continuation beyond the corner: Newton's method may not contract across it.
             step = step.min(LONGEST_OVER_CORNER * rate);
             state.advance(&place.direction, step / rate, &self.equations.sizes);
         }

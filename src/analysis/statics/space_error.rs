@@ -1,12 +1,12 @@
 //! Error of an equilibrium due to the finite number of modes.
 //!
-//! The strains that the modes leave out follow from the balance of the forces in the shape that was found
-//! ([`Refinable::missing_strain`](crate::model::Refinable::missing_strain)), and what they displace while the forces stay as they
-//! are costs little more than an evaluation of these forces. Forces do change with the shape: tension makes the true error
-//! smaller than that, compression larger, at most by the inverse of the lowest eigenvalue of the stiffness relative to that of the
-//! material. Where this is not clearly small, one step of Newton's method in a model with more modes, from the shape that was
-//! found, tells the error with all changes of forces, of loops and of contacts (a hierarchical estimate: Bank and Weiser 1985). What
-//! even these modes leave out follows from the balance in the new shape.
+//! The strains that the modes leave out follow from the balance of the forces in the shape
+//! ([`Refinable::missing_strain`](crate::model::Refinable::missing_strain)); their displacements under constant forces cost little
+//! more than an evaluation of these forces. Changes of the forces with the shape make the true error smaller under tension and larger
+//! under compression, at most by the inverse of the lowest eigenvalue of the stiffness relative to that of the material. If the
+//! error is not clearly small, one Newton step in a model with more modes, from the same shape, estimates it with all changes of forces,
+//! loops and contacts (a hierarchical estimate: Bank and Weiser 1985). The remaining error of that model follows from the balance in the
+//! new shape.
 
 use super::outcome::Equilibrium;
 use crate::analysis::refined::{all_places, embed};
@@ -20,18 +20,18 @@ use crate::numerics::linalg::{Lu, Matrix, minimum_norm_solution, norm};
 /// Errors above this part of the length are worth a warning.
 pub const LARGE: f64 = 1e-2;
 
-/// Up to this part of the length, displacements by missing strains under unchanged forces are clear enough: errors that are
-/// [`LARGE`] are not mistaken for smaller ones (`benches/python/accuracy/statics.py`).
+/// Up to this part of the length, displacements by missing strains under constant forces are a sufficient estimate: no error that is
+/// [`LARGE`] is estimated as smaller (`benches/python/accuracy/statics.py`).
 const CLEAR: f64 = 3e-3;
 
-/// Displacements that are rounding, relative to the length: no step tells more.
+/// Displacements below this part of the length are rounding.
 const EXACT: f64 = 1e-12;
 
-/// Lowest eigenvalue of the stiffness below which it is not known how much forces multiply an error.
+/// Below this lowest eigenvalue of the stiffness, the amplification of an error by forces is unknown.
 const SOFTEST: f64 = 0.05;
 
-/// Rotation between neighbouring nodes, in radians, up to which quadrature has no part in an error that is not small: helices of
-/// ten turns at the limit of what counts as resolved, half a turn, are off by 2e-4 of their length.
+/// Up to this rotation between neighbouring nodes, in radians, quadrature errors are negligible in a significant error: helices of ten
+/// turns at the limit of resolution, half a turn, have an error of 2e-4 of their length.
 const RESOLVED: f64 = 2.0;
 
 /// Additional modes of the strains that have some: enough for the error of cones and boundary layers. For large models fewer.
@@ -46,32 +46,32 @@ const SINGULAR: f64 = 1e-14;
 /// Stiffness, relative to that of each coordinate, below which a neutral direction counts as one: a step along it is not the error of a shape.
 const NEUTRAL: f64 = 1e-6;
 
-/// Steps of a model with more modes, each with its own tangent, and the part of what is out of balance that the last one may leave: then the
-/// forces are as good as linear within it.
+/// Maximum number of steps of a model with more modes, each with its own tangent, and the part of the residual that the last one may
+/// leave: the forces are then almost linear within the step.
 const MOST_STEPS: usize = 6;
 const LINEAR: f64 = 0.3;
 
-/// Corrections of a step with the same tangent, and the part of the forces out of balance that may be left by them: what is left is
-/// not taken for something that modes leave out.
+/// Maximum number of corrections of a step with the same tangent, and the part of the residual that they may leave, so that the rest
+/// is not attributed to missing modes.
 const CORRECTIONS: usize = 8;
 const BALANCED: f64 = 1e-4;
 
-/// Of what the modes leave out, the part that even more of them leave out, if rather the segments are too few.
+/// If more modes leave more than this part of the error, the segments are too few rather than the modes.
 const HARDLY_HELPS: f64 = 0.3;
 
 /// Largest error of a place, relative to the length.
 const FARTHEST: f64 = 2.0;
 
-/// How much an estimate may cost.
+/// Permitted cost of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
-    /// A model with more modes only where the balance of forces alone leaves doubts; usually a hundredth of a search.
+    /// A model with more modes only if the balance of forces is not conclusive; usually a hundredth of the cost of a search.
     Little,
     /// Always one step of such a model.
     Full,
 }
 
-/// How an error was estimated.
+/// Method by which an error was estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Estimate {
     /// By the balance of forces alone.
@@ -97,7 +97,7 @@ pub struct SpaceError {
     pub segment: usize,
     /// See `segment`.
     pub name: String,
-    /// The strain of this segment that lacks most.
+    /// The strain of this segment with the largest error.
     pub strain: &'static str,
     /// How this was found.
     pub estimate: Estimate,
@@ -106,7 +106,7 @@ pub struct SpaceError {
 }
 
 impl SpaceError {
-    /// What to tell of it if it is large.
+    /// A warning if the error is large.
     pub fn doubt(&self) -> Option<String> {
         let is_small = self.relative <= LARGE;
         (!is_small).then(|| {
@@ -153,7 +153,7 @@ pub fn space_error<M: Model + Clone>(
     let errors = match estimated {
         // Steps along directions without resistance are as long as rounding makes them.
         Estimated::By(errors) if !is_neutral || errors.shape <= doubtful => errors,
-        // Displacements under unchanged forces are no estimate where forces change so much.
+        // Displacements under constant forces are no estimate if forces change this much.
         Estimated::Unknown => return Ok(None),
         _ if doubtful > FARTHEST * length => return Ok(None),
         _ => Errors {
@@ -179,12 +179,12 @@ pub fn space_error<M: Model + Clone>(
     }))
 }
 
-/// Whether a shape that differs by rounding misses something else: where supports or contacts are so stiff that no shape in
-/// floating-point numbers has the right forces, the balance says nothing.
+/// Whether rounding of the shape changes the missing strains: supports or contacts may be so stiff that no shape in floating-point
+/// numbers has the right forces, and the balance is then no estimate.
 fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bool {
     /// Rounding errors of a few operations.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
-    /// Part of what is missing by which it may differ.
+    /// Largest relative change of the missing strains.
     const DIFFERENT: f64 = 0.3;
     let sizes = &model.facts().typical_coordinates;
     let nearby = |(k, (q, size)): (usize, (&f64, &f64))| {
@@ -195,9 +195,9 @@ fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bo
     (there - missing.displacement).abs() > DIFFERENT * missing.displacement
 }
 
-/// What a model with more modes has told.
+/// Estimate of a model with more modes.
 enum Estimated {
-    /// There is none.
+    /// There is no such model.
     NotTried,
     /// Steps in it lead to no equilibrium nearby.
     Unknown,
@@ -243,7 +243,7 @@ fn by_more_modes<M: Model + Clone>(
     let [tip, shape, curvature, moment] =
         [tip, shape, strains.curvature, strains.moment].map(|found| found * (1.0 + part));
     let is_finite = [tip, shape, curvature, moment].iter().all(|x| x.is_finite());
-    // Modes that find nothing of what is missing say nothing.
+    // Additional modes that represent none of the missing strains give no estimate.
     if !is_finite || part >= 1.0 || tip.max(shape) > FARTHEST * model.facts().length {
         return Ok(Estimated::Unknown);
     }
@@ -256,8 +256,8 @@ fn by_more_modes<M: Model + Clone>(
     }))
 }
 
-/// The shape to which steps of Newton's method lead from one nearby, and the equations linearised where the last one began. One is enough where it
-/// leaves little out of balance; otherwise forces change too much for one, and others follow. `None` if they lead nowhere.
+/// The shape to which Newton's method leads from one nearby, and the equations linearised at the start of the last step. One step
+/// suffices if its residual is small. `None` without convergence.
 fn followed<M: Model>(
     model: &mut M,
     q: &[f64],
@@ -295,7 +295,7 @@ fn with_more_modes<M: Model>(model: &M, q: &[f64]) -> Option<(M, Vec<f64>)> {
     })
 }
 
-/// What even more modes leave out, as a part of what is missing without them: by the balance of forces where a step has led.
+/// The part of the missing strains that more modes leave out as well, from the balance of forces at the end of a step.
 fn left_out<M: Model>(
     model: &mut M,
     system: &mut Linearised,
@@ -314,16 +314,16 @@ fn left_out<M: Model>(
     }
     let left = model.missing_strain(&q).map_or(0.0, |missing| missing.displacement);
     let part = if missing.displacement > 0.0 { left / missing.displacement } else { 0.0 };
-    // Far from an equilibrium the balance tells nothing.
+    // Far from an equilibrium the balance is no estimate.
     if has_converged { part } else { 0.0 }
 }
 
 /// The equations of shape and multipliers together, linearised at a shape and in dimensionless form.
 #[derive(Clone)]
 struct Linearised {
-    /// Coordinates that take one joule, by their own stiffness: those of bending and stretching then count alike.
+    /// Changes of coordinates with an elastic energy of one joule, so that bending and stretching have equal weight.
     sizes: Vec<f64>,
-    /// Change of the gap of each constraint by coordinates of these sizes; zero of those that do not act.
+    /// Change of the gap of each constraint by coordinates of these sizes; zero for inactive constraints.
     moved: Vec<f64>,
     system: Matrix,
     /// Factors, unless the system is singular, as with redundant loops.
@@ -383,14 +383,14 @@ impl Linearised {
         Some(Self { sizes, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
     }
 
-    /// What is out of balance in a shape.
+    /// Norm of the residual in a shape.
     fn after<M: Model>(mut self, model: &mut M, q: &[f64]) -> Option<f64> {
         self.step(model, q)?;
         Some(self.out_of_balance)
     }
 
-    /// The shape to which a step of Newton's method leads from another one nearby, with the multipliers going along; of several, as
-    /// with redundant loops, the nearest. `None` if it is not finite.
+    /// The shape to which a step of Newton's method leads from another one nearby, with changing multipliers; with redundant loops the
+    /// smallest step. `None` if it is not finite.
     fn step<M: Model>(&mut self, model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
         let (n, m) = (q.len(), self.multipliers.len());
         let rest = vec![0.0; n];
@@ -424,13 +424,13 @@ impl Linearised {
     }
 }
 
-/// Largest distances of tips and bodies from where they are in the coarser model, and of any section or body. Of sections only the
-/// step counts, because the nodes of both models are different ones.
+/// Largest distances of tips and bodies, and of any section or body, between both models. For sections only the step counts, because
+/// the models have different nodes.
 fn displacements<M: Model>(coarse: &mut M, q: &[f64], richer: &mut M, [from, to]: [&[f64]; 2]) -> [f64; 2] {
     let largest = |from: &[[f64; 3]], to: &[[f64; 3]]| {
         let distance =
             |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
-        // Keeps what is not a number.
+        // Keeps NaN.
         let distances = from.iter().zip(to).map(distance);
         distances.fold(0.0, |largest: f64, x| if x <= largest { largest } else { x })
     };

@@ -11,7 +11,7 @@ use crate::model::Static;
 use crate::model::constraint::closing;
 use crate::numerics::linalg::{symmetric_eigenvalues, symmetric_part};
 
-/// Largest gap of loops that count as closed at rest, beside the lengths of what they join.
+/// Largest gap of loops that count as closed at rest, relative to the lengths of the joined parts.
 const CLOSED_AT_REST: f64 = 1e-9;
 
 /// Whether all loops are closed at zero coordinates.
@@ -39,8 +39,8 @@ pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, Inv
 }
 
 /// Reports a failure if a loop is open. Judges stability by motions that keep the loops closed: motions
-/// against almost rigid springs are so fast that rounding decides whether they grow. Multipliers that are not known are those
-/// without accelerations.
+/// against almost rigid springs are so fast that rounding decides whether they grow. Unknown multipliers are computed without
+/// accelerations.
 pub(super) fn judged(
     model: &mut dyn Static,
     found: Equilibrium,

@@ -153,7 +153,7 @@ pub(super) fn approach(
     let residual_norm = norm(&residual[..n]) * system.energy;
     let tangents = outcome.jacobian_evaluations + 1;
     let Equations { model, q, multipliers, monitor, .. } = system;
-    // Where rounding leaves no better point, the method cannot know that it has arrived.
+    // Within rounding of the solution, the method may report a failure although it has converged.
     let has_converged =
         outcome.status.is_success() || search::error_of_balance(model, &q, monitor)? <= ROUNDING_OF_FORCES;
     Ok(Approached { q, multipliers, outcome, has_converged, residual_norm, tangents })
@@ -210,7 +210,7 @@ impl Approached {
     }
 }
 
-/// Stability against disturbances that satisfy the constraints, if asked for, and the smallest eigenvalue of the constrained
+/// Stability against disturbances that satisfy the constraints, if requested, and the smallest eigenvalue of the constrained
 /// stiffness in natural coordinates: one where nothing can move. `None` if loads have no potential or a number is not finite.
 fn verdict(
     model: &mut dyn Static,

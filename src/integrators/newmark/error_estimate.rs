@@ -3,24 +3,23 @@
 use super::Scheme;
 use crate::error::Checker;
 
-/// Closer than that to zero a coefficient of the estimate sees nothing.
+/// A coefficient of the estimate closer to zero than this does not detect errors.
 const BLIND: f64 = 0.01;
 
-/// The coefficient of the velocity channel, which vanishes for all members of order 2, is at least that: without it fast
-/// oscillations can be lost unnoticed, their displacements being small (the choice of OrdinaryDiffEq.jl).
+/// Smallest coefficient of the velocity error, which vanishes for all members of order 2: without it fast oscillations with small
+/// displacements could be lost unnoticed (the choice of OrdinaryDiffEq.jl).
 const SMALLEST_VELOCITY_COEFFICIENT: f64 = 0.01;
 
-/// Accelerations that change by less than that fraction have not changed: rounding, also that of differenced Jacobians in
-/// Newton's method, explains as much.
+/// Relative changes of accelerations below this are rounding, including that of differenced Jacobians in Newton's method.
 const UNCHANGED: f64 = 1e-12;
 
-/// Step sizes are chosen that much smaller than the estimate says, and change at most by these factors (the usual
-/// choices: Hairer, Norsett and Wanner 1993, section II.4).
+/// Safety factor of step sizes, and the largest factors by which they change (the usual choices: Hairer, Norsett and Wanner 1993,
+/// section II.4).
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 0.2;
 pub(super) const LARGEST_FACTOR: f64 = 5.0;
 
-/// Growth below that factor is not worth a new Jacobian (RADAU5: Hairer and Wanner 1996, section IV.8).
+/// Growth below this factor is not worth a new Jacobian (RADAU5: Hairer and Wanner 1996, section IV.8).
 const WORTHWHILE_GROWTH: f64 = 1.2;
 
 /// Coefficients of the estimated local errors, see [`Scheme`].
@@ -28,11 +27,11 @@ const WORTHWHILE_GROWTH: f64 = 1.2;
 pub(super) struct ErrorEstimate {
     displacement: f64,
     velocity: f64,
-    /// Of what the algorithmic accelerations at the start have left over from earlier steps, and by how much of the change of
-    /// the accelerations they are ahead in smooth motions.
+    /// Coefficients of the deviation of the algorithmic accelerations at the start from those of a smooth motion, and the fraction of the
+    /// change of accelerations by which they are ahead in a smooth motion.
     memory: [f64; 2],
     shift: f64,
-    /// The estimate is of that order in the step size.
+    /// Order of the estimate in the step size.
     order: f64,
 }
 
@@ -80,7 +79,7 @@ impl ErrorEstimate {
         (sum / (2 * n.max(1)) as f64).sqrt()
     }
 
-    /// By which factor the step size should change. An estimate of exactly zero says nothing and changes nothing.
+    /// Factor by which the step size should change; one for an estimate of exactly zero.
     pub(super) fn factor(&self, error: f64, rejected_before: bool) -> f64 {
         if error == 0.0 {
             return 1.0;
@@ -100,7 +99,7 @@ impl ErrorEstimate {
 }
 
 impl Scheme {
-    /// Notes a problem when the error estimate of adaptive steps sees nothing of this scheme's errors.
+    /// Reports a problem if the error estimate of adaptive steps does not detect this scheme's errors.
     pub(super) fn check_error_estimate(&self, checker: &mut Checker) {
         let blind = self.displacement_error().abs() < BLIND && self.velocity_error().abs() < BLIND;
         let expected = format!(

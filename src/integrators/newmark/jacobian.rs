@@ -21,29 +21,28 @@ pub(super) struct Jacobian {
     shifted: Trial<Vec<f64>>,
     zeros: Vec<f64>,
     scale: Vec<f64>,
-    /// Smallest sizes that count: where the absolute tolerance takes over from the relative one. Increments of that size
-    /// are not above the absolute tolerance.
+    /// Smallest sizes, at which the absolute tolerance exceeds the relative one. Increments of these sizes are within the absolute
+    /// tolerance.
     smallest: Vec<f64>,
 }
 
-/// Approximate cost of the tangent of equations that are no model's, in residual evaluations.
+/// Approximate cost of the tangent of equations of motion given by functions, in residual evaluations.
 const COST_OF_TANGENT: f64 = 3.0;
 
-/// Differences change accelerations by at most this fraction of the largest one: equations that are not linear in them
-/// have a derivative there, too.
+/// Differences change accelerations by at most this fraction of the largest one, for equations that are not linear in them.
 const LARGEST_CHANGE: f64 = 0.1;
 
-/// The size of what is zero and has no absolute tolerance (MINPACK's choice in `fdjac1`).
+/// The size of coordinates that are zero and have no absolute tolerance (MINPACK's choice in `fdjac1`).
 const SIZE_OF_ZERO: f64 = 1.0;
 
-/// Sizes below that, over the relative increment, would make increments that underflow.
+/// Smallest size over the relative increment: smaller ones would make increments that underflow.
 const SMALLEST_SIZE: f64 = 1e-290;
 
-/// Differences are repeated with larger increments while the residual changes by less than that fraction of its size,
-/// which is little more than its rounding: the 3/4th power of the rounding unit (Salane 1986).
+/// Differences are repeated with larger increments while the residual changes by less than this fraction of its size, slightly above its
+/// rounding: the 3/4th power of the rounding unit (Salane 1986).
 const VISIBLE_CHANGE: f64 = 1.8e-12;
 
-/// That often at most; increments then are larger by the square of the usual relative one.
+/// Maximum number of repetitions; each divides increments by the usual relative one.
 const ENLARGEMENTS: usize = 2;
 
 impl Jacobian {
@@ -78,10 +77,9 @@ impl Jacobian {
 
     /// `dr/da` at `trial`, where the residual is `residual`; for rotation vectors that of moments ([`correction_for_moments`]).
     ///
-    /// Differences move the accelerations so that displacements, or velocities times `h`, move by the usual fraction
-    /// of a displacement's size, but not by more than [`LARGEST_CHANGE`]. The size of a displacement is at least what
-    /// it moves within `h`; no size is below `self.smallest`. Where forces are so large that the residual hides the
-    /// change, it is enlarged.
+    /// Differences change the accelerations such that displacements, or velocities times `h`, change by the usual fraction
+    /// of a displacement's size, but by no more than [`LARGEST_CHANGE`]. The size of a displacement is at least its motion
+    /// within `h`, and at least `self.smallest`. If large forces hide the change of the residual, the change is enlarged.
     pub(super) fn evaluate<S: System + ?Sized, V: Numbers>(
         &mut self,
         system: &mut S,
@@ -93,7 +91,7 @@ impl Jacobian {
     ) -> Result<(), Interrupted> {
         counters.njev += 1;
         self.of_forces(system, trial, residual, h, linear, counters)?;
-        // Of the moments about the axes of bodies, not of the forces along rotation vectors.
+        // The derivative of moments about the axes of bodies instead of forces along rotation vectors.
         let [of_displacement, ..] = trial.weights;
         for &first in &system.facts().rotation_vectors {
             let [v, forces] = [&trial.q[..], residual].map(|x| std::array::from_fn(|i| x[first + i]));
@@ -137,7 +135,7 @@ impl Jacobian {
             LinearSystem::Dense { jacobian, .. } | LinearSystem::Blocks { jacobian, .. } => jacobian,
         };
         let [wq, wv, _] = trial.weights;
-        // How far displacements, or velocities times h, move with the accelerations.
+        // Displacement, or velocity times h, per unit acceleration.
         let reach = wq.max(h * wv);
         let reach = if reach > 0.0 { reach } else { h * h };
         let increment = self.increment;
@@ -146,7 +144,7 @@ impl Jacobian {
             let moved = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
             let size = moved.max(self.smallest[i]);
             let size = if size < SMALLEST_SIZE { SIZE_OF_ZERO } else { size };
-            // Accelerations of zero are a guess and say nothing about their size.
+            // Accelerations of zero are a guess and do not determine a size.
             let largest = if largest_acceleration > 0.0 {
                 LARGEST_CHANGE * largest_acceleration.max(self.smallest[i]) / increment
             } else {
@@ -188,7 +186,7 @@ fn largest_change(jacobian: &Matrix, scale: &[f64]) -> f64 {
     largest
 }
 
-/// The residual of a step as a function of how far the accelerations have moved from a trial.
+/// The residual of a step as a function of the change of accelerations from a trial.
 struct Moved<'a, S: ?Sized, V> {
     system: &'a mut S,
     trial: &'a Trial<V>,

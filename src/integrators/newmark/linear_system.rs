@@ -9,7 +9,7 @@ use crate::numerics::memory;
 use crate::numerics::roots::Derivative;
 use crate::numerics::tape::Tape;
 
-/// With fewer parts there is nothing to gain: even where none is coupled with another, factors are a small part of a step.
+/// Smallest number of parts for the block-sparse factorisation: with fewer, factors are a small part of a step anyway.
 const FEWEST_PARTS: usize = 4;
 
 /// A Jacobian and its factorisation, with memory for repeated use.
@@ -20,7 +20,7 @@ pub(crate) enum LinearSystem {
         jacobian: Matrix,
         lu: Lu,
     },
-    /// Of parts most pairs of which are not coupled.
+    /// Block-sparse Jacobian of parts that are coupled only by contacts.
     Blocks {
         jacobian: Matrix,
         lu: BlockLu,
@@ -39,7 +39,7 @@ impl LinearSystem {
         Self::dense(0)
     }
 
-    /// Memory for the Jacobian of a system; differences do not see whether it is a chain.
+    /// Memory for the Jacobian of a system; dense if it is computed by differences.
     pub(super) fn new<S: System + ?Sized>(system: &mut S, derivative: Derivative) -> Self {
         if system.facts().constraints() > 0 {
             return Self::of_size(system.facts().n, system.facts().constraints());
@@ -51,7 +51,7 @@ impl LinearSystem {
         }
     }
 
-    /// That of so many unknowns each, where there are enough parts.
+    /// Block-sparse memory for parts of these numbers of unknowns; `None` if there are too few parts.
     fn of_parts(sizes: &[usize]) -> Option<Self> {
         let n = sizes.iter().sum();
         (sizes.len() >= FEWEST_PARTS)
@@ -72,7 +72,7 @@ impl LinearSystem {
         system: &mut S,
         derivative: Derivative,
     ) -> Result<(), InvalidInput> {
-        /// The Jacobian and its factors, and where it has parts both kinds of factors.
+        /// The Jacobian and its factors; with parts both kinds of factors.
         const SQUARE_MATRICES: [usize; 2] = [2, 3];
         let is_chain = derivative == Derivative::Analytic && tree(system).is_some();
         let has_parts = system.facts().parts.len() >= FEWEST_PARTS;
@@ -85,7 +85,7 @@ impl LinearSystem {
         )
     }
 
-    /// Memory for dense matrices of `n` coordinates and so many constraints.
+    /// Memory for dense matrices of `n` coordinates and this number of constraints.
     pub(crate) fn of_size(n: usize, constraints: usize) -> Self {
         match constraints {
             0 => Self::dense(n),
@@ -109,7 +109,7 @@ impl LinearSystem {
             .map_err(|Singular| if self.is_finite() { Failure::SingularJacobian } else { Failure::NonFinite })
     }
 
-    /// The Jacobian. Its factors follow from that.
+    /// Writes or reads the Jacobian; its factors are recomputed.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         match self {
             Self::Dense { jacobian, .. } | Self::Blocks { jacobian, .. } => {
@@ -127,7 +127,7 @@ impl LinearSystem {
         }
     }
 
-    /// How many constraints are independent where it was factorised.
+    /// Number of independent constraints at the last factorisation.
     pub(super) fn rank(&self) -> usize {
         if let Self::Saddle(saddle) = self { saddle.rank() } else { 0 }
     }

@@ -1,11 +1,11 @@
-//! Numbers of a state: vectors, or arrays for few coordinates of what has nothing special.
+//! Storage of a state's numbers: vectors, or arrays of fixed size for plain systems of few coordinates.
 
 use std::fmt::Debug;
 use std::ops::{Deref, DerefMut};
 
-/// As many numbers as a system has unknowns. Steppers are written once for all kinds of them.
+/// One number for each unknown of a system. Steppers are generic over the storage.
 pub(super) trait Numbers: Clone + Debug + DerefMut<Target = [f64]> {
-    /// Whether steps of such a system have [nothing to look after](crate::model::Facts::watched), so that nothing needs to ask it.
+    /// Whether steps of such a system have [nothing to handle](crate::model::Facts::watched) beside coordinates.
     const IS_PLAIN: bool;
 
     fn zeros(n: usize) -> Self;
@@ -32,7 +32,7 @@ impl Numbers for Vec<f64> {
     }
 }
 
-/// Numbers of a plain system of `N` coordinates: loops over them are unrolled, and the memory of a step is in one piece.
+/// Numbers of a plain system of `N` coordinates: loops are unrolled, and the memory of a step is contiguous.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Few<const N: usize>([f64; N]);
 

@@ -34,10 +34,10 @@ pub enum Impacts {
 }
 
 impl Impacts {
-    /// Whether impacts of a model with these facts are resolved. Steps that are made once more do not look for tendons that do not stretch.
+    /// Whether impacts of a model with these facts are resolved. Repeated steps do not support inextensible tendons.
     pub(crate) fn are_resolved(self, facts: &Facts) -> bool {
         let asks = match self {
-            // What a rebound excites in rods is not followed by fixed steps, which gain energy by it.
+            // Fixed steps do not resolve the waves that a rebound excites in rods, and would gain energy.
             Self::Auto => !facts.has_rods_in_contact && !facts.is_discretised,
             Self::Stopped => false,
             Self::Resolved => true,

@@ -29,8 +29,8 @@ pub struct Scheme {
     has_inertia: bool,
 }
 
-/// Motions without inertia are those of models with so many times the inertia, so that what is left of it (Coriolis and centrifugal forces of slow
-/// velocities) is lost in rounding. Where a shape snaps, accelerations count as many times more.
+/// Factor of the inertia in quasi-static motions: the remaining Coriolis and centrifugal forces of slow velocities are then rounding.
+/// Where a shape snaps, accelerations are scaled by its inverse.
 pub(crate) const SLOWED: f64 = 1e-10;
 
 /// Largest useful beta and gamma: those of the backward difference (Zienkiewicz 1977), the most damping member.
@@ -40,7 +40,7 @@ const LARGEST_GAMMA: f64 = 1.5;
 /// HHT is unconditionally stable for alpha in [-1/3, 0] (Hilber, Hughes and Taylor 1977).
 const SMALLEST_HHT_ALPHA: f64 = -1.0 / 3.0;
 
-/// A gamma within that distance of the one of order 2 has order 2.
+/// Largest deviation of gamma from the value of order 2 at which a scheme counts as of order 2.
 const ORDER_TOLERANCE: f64 = 1e-12;
 
 impl Scheme {
@@ -59,8 +59,8 @@ impl Scheme {
     /// `omega h <= 2`.
     pub const CENTRAL_DIFFERENCE: Self = Self::plain(0.0, 0.5);
 
-    /// Without inertia: equilibria under what moves slowly, with velocities that are differences of the shapes, by the backward
-    /// Euler method. Damping and friction act by these.
+    /// Quasi-static motion by the backward Euler method: equilibria without inertia, whose velocities are differences of shapes. Damping
+    /// and friction depend on these velocities.
     pub(crate) const QUASI_STATIC: Self = Self { has_inertia: false, ..Self::plain(1.0, 1.0) };
 
     const fn plain(beta: f64, gamma: f64) -> Self {
@@ -175,12 +175,12 @@ impl Scheme {
         self.has_inertia
     }
 
-    /// Whether it damps what is infinitely fast.
+    /// Whether it damps infinitely fast oscillations.
     pub(crate) fn damps(&self) -> bool {
         self.gamma + self.shift() >= 0.5 - ORDER_TOLERANCE && self.gamma > 0.5 + ORDER_TOLERANCE
     }
 
-    /// By how many steps the time of an algorithmic acceleration is ahead of that of its state.
+    /// Shift of the time of an algorithmic acceleration relative to its state, in steps.
     pub(super) fn shift(&self) -> f64 {
         self.alpha_m - self.alpha_f
     }
@@ -196,8 +196,8 @@ impl Scheme {
         [self.gain() * self.beta * h * h, self.gain() * self.gamma * h, 1.0]
     }
 
-    /// A step of size `h`, which stretches by `memory` how far the algorithmic accelerations at its start are ahead of the true
-    /// ones; `None` for one that begins anew.
+    /// A step of size `h`. The lead of the algorithmic accelerations at its start over the true ones is multiplied by `memory`; `None`
+    /// for a step without memory.
     pub(crate) fn step(&self, h: f64, memory: Option<f64>) -> Step {
         match memory {
             Some(stretch) => self.going_on(h, stretch),
@@ -226,7 +226,7 @@ impl Scheme {
 
     /// The step whose algorithmic accelerations are those of true ones that change linearly over it, `s0 = a0 + shift (a1 - a0)`
     /// and `s1 = a1 + shift (a1 - a0)`. For members of order 2 this is Newmark's method with gamma = 1/2 and
-    /// beta = (1 + shift^2)/4, so that it gains no momentum: from a corner of a load on, the accelerations before it say nothing.
+    /// beta = (1 + shift^2)/4, so that it gains no momentum. Used after a corner of a load, where earlier accelerations are invalid.
     fn anew(&self, h: f64) -> Step {
         let shift = self.shift();
         let beta = self.beta + 0.5 * shift;
@@ -256,27 +256,27 @@ impl Scheme {
         self.gamma + self.shift() - 0.5
     }
 
-    /// The local error of the displacement also contains the first times `h^2 x`, that of the velocity the second times `h x`,
-    /// where `x` is by how much the algorithmic acceleration at the start differs from that of a smooth motion, which is
-    /// ahead by `shift da`. It enters once more, with the other sign, through the one at the end.
+    /// The local error of the displacement also contains the first number times `h^2 x`, that of the velocity the second times `h x`,
+    /// where `x` is the deviation of the algorithmic acceleration at the start from that of a smooth motion, which is
+    /// ahead by `shift da`. It enters once more, with the opposite sign, through the acceleration at the end.
     pub(super) fn errors_of_memory(&self) -> [f64; 2] {
         let echo = self.alpha_m / (1.0 - self.alpha_m);
         [0.5 - self.beta - self.beta * echo, 1.0 - self.gamma - self.gamma * echo]
     }
 }
 
-/// Largest ratio of the size of a step to that of the step before it, a shorter one to a corner of a table, for which
-/// algorithmic accelerations are carried on. What is left in them of fast vibrations would grow with the ratio.
+/// Largest ratio of successive step sizes, after a short step to a corner of a table, for which algorithmic accelerations are kept: the
+/// remainder of fast vibrations in them grows with the ratio.
 const LARGEST_STRETCH: f64 = 10.0;
 
-/// The factor by which a step of size `h` carries on by how much algorithmic accelerations are ahead of the true
-/// ones, after one of size `before`; `None` if it begins anew.
+/// The factor of the lead of algorithmic accelerations over the true ones in a step of size `h` after one of size `before`; `None` for a
+/// step without memory.
 pub(crate) fn stretch(h: f64, before: f64) -> Option<f64> {
     Some(h / before).filter(|ratio| *ratio <= LARGEST_STRETCH)
 }
 
-/// The same for a step of fixed size between these times, after one that began `before`: it begins anew where a step over both
-/// would have to end, at a corner of the excitation (`corner`). The first step is as after one of its size.
+/// The same for a step of fixed size between these times, after one that began `before`: without memory if a corner of the excitation
+/// (`corner`) separates them. The first step is treated as if it followed one of its size.
 pub(crate) fn memory(
     corner: impl FnOnce(Cell) -> Option<f64>,
     before: Option<f64>,
@@ -288,19 +288,19 @@ pub(crate) fn memory(
     if is_corner { None } else { stretch(end - t, t - before) }
 }
 
-/// How the accelerations `[a, s]` at the start of a step, the second the algorithmic ones, and `a` at its end enter what it ends
-/// with: the same numbers for all coordinates. Those of a plain scheme are equal, `s = a`.
+/// Coefficients of a step, the same for all coordinates: of the true and algorithmic accelerations `[a, s]` at its start and of `a` at its
+/// end in the state at its end. In a plain scheme `s = a`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
-    /// Size of the step, and what it keeps of algorithmic accelerations: the arguments of [`Scheme::step`].
+    /// Size of the step, and its memory of algorithmic accelerations: the arguments of [`Scheme::step`].
     pub(crate) made_for: (f64, Option<f64>),
     /// Weights of the new acceleration in displacement, velocity and acceleration.
     pub(crate) weights: [f64; 3],
-    /// In the displacement, beside `q + h v` and what the new acceleration adds.
+    /// Weights of `[a, s]` in the displacement, beside `q + h v` and the new acceleration.
     pub(crate) displacement: [f64; 2],
-    /// In the velocity, beside `v` and what the new acceleration adds.
+    /// Weights of `[a, s]` in the velocity, beside `v` and the new acceleration.
     pub(crate) velocity: [f64; 2],
-    /// In the new algorithmic acceleration.
+    /// Weights of `[a, s]` in the new algorithmic acceleration.
     pub(crate) rest: [f64; 2],
     /// Weight of the new acceleration in the new algorithmic one.
     pub(crate) gain: f64,
@@ -372,8 +372,8 @@ impl Scheme {
 }
 
 impl Parameters {
-    /// Those of the scheme with one of the names in [`METHODS`] (or `generalized_alpha`), with its defaults. Of `newmark` they
-    /// stay as they are. Parameters that the method does not have are rejected.
+    /// Parameters of the scheme with one of the names in [`METHODS`] (or `generalized_alpha`), with its defaults; those of `newmark` are
+    /// unchanged. Parameters that the method does not have are rejected.
     pub fn by_name(name: &str, given: &Self) -> Result<Self, InvalidInput> {
         let Self { beta, gamma, alpha, rho_inf } = *given;
         let taken: &[&str] = match name {

@@ -6,35 +6,35 @@
 //! little of the work is left, before or beyond the minimum (Matthies and Strang 1979). The size of the next
 //! increment is not a suitable measure, because it jumps when friction reverses.
 
-/// So much of the work may be left beyond the minimum (Matthies and Strang 1979, section 5).
+/// Largest remaining work beyond the minimum, relative to that at the start (Matthies and Strang 1979, section 5).
 const BEYOND: f64 = 0.5;
 
-/// A length that is too long is shortened to that part of it at least, and at most to the rest.
+/// A length that is too long is multiplied by a factor between one minus this and this.
 const LONGEST: f64 = 0.9;
 
-/// After so many lengths they are halved.
+/// Number of lengths after which they are halved instead.
 const MOST_LENGTHS: usize = 12;
 
 /// A search along one increment, by the work of the residual in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
-    /// At the beginning; what is not above zero leads to no minimum.
+    /// Work at the start; without a positive one there is no minimum along the increment.
     work: f64,
     lengths: usize,
 }
 
 impl Search {
-    /// Before anything is known but the work where the increment begins.
+    /// From the work at the start of the increment.
     pub(super) fn new(work: f64) -> Self {
         Self { work, lengths: 0 }
     }
 
-    /// Whether a length is good at which so much of the work is left.
+    /// Whether a length with this remaining work is accepted.
     pub(super) fn is_done(&self, work: f64) -> bool {
         self.work > 0.0 && (-BEYOND * self.work..=self.work).contains(&work)
     }
 
-    /// The next length to be tried after one that is not good: where the work vanishes if it falls evenly.
+    /// The next length after one that is not accepted: the zero of the work by linear interpolation.
     pub(super) fn shorter(&mut self, length: f64, work: f64) -> f64 {
         self.lengths += 1;
         if self.work <= 0.0 || self.lengths > MOST_LENGTHS || !work.is_finite() {

@@ -7,14 +7,14 @@ use crate::numerics::linalg::with_size;
 #[derive(Clone, Debug)]
 pub(super) struct Trial<V> {
     pub(super) t: f64,
-    /// Derivatives of q, v and what the forces take for a with respect to a; the last one is 1 but for motions without inertia.
+    /// Derivatives of q, v and the accelerations in the forces with respect to a; the last one is 1 except in quasi-static motion.
     pub(super) weights: [f64; 3],
     pub(super) q_base: V,
     pub(super) v_base: V,
     pub(super) q: V,
     pub(super) v: V,
     pub(super) a: V,
-    /// What the forces take for the accelerations where that is a multiple of them; multipliers of constraints stand behind.
+    /// Accelerations in the forces, if they are scaled, followed by multipliers of constraints.
     scaled: V,
 }
 
@@ -32,19 +32,19 @@ impl<V: Numbers> Trial<V> {
         }
     }
 
-    /// Makes room for as many unknowns.
+    /// Extends the memory to this number of unknowns.
     pub(super) fn lengthen(&mut self, unknowns: usize) {
         self.a.lengthen(unknowns);
         self.scaled.lengthen(unknowns);
     }
 
-    /// The accelerations, with multipliers behind them, that the forces are those of.
+    /// The accelerations in the forces, followed by multipliers.
     #[inline(always)]
     pub(super) fn accelerations(&self) -> &[f64] {
         if V::IS_PLAIN || self.weights[2] == 1.0 { &self.a } else { &self.scaled }
     }
 
-    /// Takes `a` as the accelerations.
+    /// Sets the accelerations.
     pub(super) fn set(&mut self, a: &[f64]) {
         self.a.copy_from_slice(a);
         self.update();

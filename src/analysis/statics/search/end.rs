@@ -1,12 +1,12 @@
-//! What holds a shape, and how far it is from equilibrium: multipliers of loops, tensions, and the backward error of the
-//! balance of forces.
+//! Constraint forces of a shape and its distance from equilibrium: multipliers of loops, tensions, and the backward error of
+//! the balance of forces.
 
 use super::problem::{Problem, Shape, add_transposed, scaled, times};
 use super::scale::{NOTHING, Scale};
 use crate::model::chart;
 use crate::numerics::linalg::{Matrix, bounded_least_squares, norm, thin_svd};
 
-/// Rows of which less than this part is left beside the others follow from these.
+/// Rows depend on others if orthogonalisation leaves less than this part of them.
 const REDUNDANT: f64 = 1e-9;
 
 /// A cord that does not stretch is taut if it lacks less than this part of its span.
@@ -15,8 +15,7 @@ const TAUT: f64 = 1e-9;
 /// Rounding of a length relative to its span.
 const ROUNDING_OF_LENGTHS: f64 = 2e-15;
 
-/// Forces below this part of what the material resists a coordinate's size with are compared with that: near shapes without any
-/// forces nothing else is left to compare them with.
+/// Smallest reference for forces, relative to the resistance of the material to a coordinate's size: for shapes with almost no forces.
 const UNSTRAINED: f64 = 1e-4;
 
 /// Independent rows: `G p = -g` becomes `V p = -T g` with orthonormal rows `V = T G`.
@@ -45,7 +44,7 @@ impl Reduced {
         }
     }
 
-    /// What is left of a force outside the range of the rows.
+    /// The part of a force outside the range of the rows.
     pub(super) fn free(&self, force: &[f64]) -> Vec<f64> {
         let mut left = force.to_vec();
         let held: Vec<f64> = times(&self.rows, force).into_iter().map(|x| -x).collect();
@@ -60,10 +59,10 @@ pub(super) struct Balance {
     pub(super) multipliers: Vec<f64>,
     /// Tensions of cords, not negative, and amplitudes of springs.
     pub(super) tensions: Vec<f64>,
-    /// What is left of the forces, along coordinates and along steps.
+    /// Residual forces, along coordinates and along steps.
     pub(super) raw_gradient: Vec<f64>,
     pub(super) gradient: Vec<f64>,
-    /// What all forces could do along each coordinate, whatever their directions are.
+    /// Summed magnitudes of all generalised forces along each coordinate, for any direction of the forces.
     pub(super) work: Vec<f64>,
     /// The largest relative change of the forces that would balance them.
     pub(super) error: f64,
@@ -83,7 +82,7 @@ impl Balance {
         let raw_gradient = problem.raw_gradient(shape, &multipliers, &tensions);
         let mut gradient = raw_gradient.clone();
         chart::forces(&problem.turns, &shape.q, &mut gradient);
-        // What is left of a tension that its length tells and nothing balances is rounding of that tension.
+        // A residual along a tendon whose tension follows from its length is rounding of that tension.
         let by_length = problem.tensions(&shape.excess);
         let pulls: Vec<f64> =
             tensions.iter().zip(by_length).map(|(own, other)| own.abs().max(other.abs())).collect();
@@ -97,8 +96,8 @@ impl Balance {
     }
 }
 
-/// By their lengths, as far as rounding of these decides; of those that do not stretch and are taut by the smallest balance that is
-/// left.
+/// Tensions from lengths where these are accurate enough; tensions of taut inextensible cords, and of elastic ones within rounding of their
+/// lengths, by least squares of the remaining balance.
 fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> Vec<f64> {
     let m = shape.excess.len();
     let mut tensions = problem.tensions(&shape.excess);
@@ -143,7 +142,7 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     let missing = left(&tensions);
     let size = norm(&missing);
     if !stiff.is_empty() && size > 0.0 && size.is_finite() {
-        // Rounding of elastic ones moves what the others have to hold.
+        // Rounding of elastic tensions changes those of the others.
         let most = stiff.iter().map(|&row| rounding(row)).fold(0.0, f64::max);
         let ranges: Vec<(usize, f64, f64)> = (stiff.iter().map(|&row| (row, rounding(row), -1.0)))
             .chain(taut.iter().map(|&row| (row, most, -tensions[row] / most)))
@@ -163,8 +162,8 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     tensions
 }
 
-/// What all forces could do along each coordinate: weight and loads in any direction, the material, loops, cords and springs, and
-/// contacts as much as along any coordinate of the same part.
+/// Summed magnitudes of the generalised forces: weight and loads in any direction, the material, loops, cords and springs, and for
+/// contacts the largest value along any coordinate of the same part.
 fn work(
     problem: &Problem<'_>,
     shape: &Shape,

@@ -1,10 +1,10 @@
 //! The search for equilibria: a trust-region Newton method that stays on its constraints.
 //!
-//! Steps are measured by what coordinates move ([`sizes`](crate::model::Elastic::sizes)), rotations live on the group
+//! Steps are measured in sizes of coordinates ([`sizes`](crate::model::Elastic::sizes)), rotations are steps on the group
 //! ([`crate::model::chart`]), cords are inequalities of the quadratic problem of a step ([`quadratic`]), and the end is judged by forces
-//! over what those forces could do ([`end`]). Every shape on the way satisfies loops and cords, so that no weight between energy and
-//! gaps has to be chosen (Absil, Baker and Gallivan 2007, "Trust-region methods on Riemannian manifolds"). Energies are compared by
-//! work along steps; nothing depends on masses, times or units.
+//! relative to the magnitudes of their contributions ([`end`]). Every iterate satisfies loops and cords, so that no weight between
+//! energy and gaps has to be chosen (Absil, Baker and Gallivan 2007, "Trust-region methods on Riemannian manifolds"). Energies are
+//! compared by the work along steps; nothing depends on masses, times or units.
 
 mod end;
 mod problem;
@@ -59,48 +59,48 @@ const NEAR: f64 = 1e-2;
 /// Work below this part of the energies is rounding.
 const ROUNDING_OF_WORK: f64 = 1e-11;
 
-/// Forces balance to rounding.
+/// Forces that balance to this part do so to rounding.
 const BALANCED: f64 = 1e-13;
 
-/// Where no step is short enough to come nearer, forces that balance to this part are in equilibrium to rounding.
+/// If no step, however short, improves the balance, forces that balance to this part are in equilibrium to rounding.
 const NEARLY_BALANCED: f64 = 1e-8;
 
-/// Where forces that balance to this part have not come nearer by half within so many steps, the shape stays as it is along directions
-/// whose stiffness is below the third part of what forces could do for a size, and along which they balance to the fourth.
+/// If forces balance to this part, but their error has not halved within [`PATIENCE`] steps, the shape is fixed along directions whose
+/// stiffness is below [`IDLE`] of the magnitude of the forces and along which these balance to [`WITHOUT_FORCE`].
 const SETTLING: f64 = 1e-5;
 const PATIENCE: usize = 5;
 const IDLE: f64 = 1e-7;
 const WITHOUT_FORCE: f64 = 1e-11;
 
-/// Or Newton's steps of this length, in sizes.
+/// Newton steps of this length, in sizes, have the same effect.
 const NEARLY_THERE: f64 = 1e-9;
 
-/// After a step below the rounding of coordinates, in sizes, what is left of forces below this part is the rounding of stiff
+/// After a step below the rounding of coordinates, in sizes, a residual below the second part of the forces is rounding of stiff
 /// contacts.
 const ROUNDING_OF_STEPS: f64 = 1e-13;
 const ROUNDING_OF_FORCES: f64 = 1e-6;
 
-/// Steps that are so short leave an error of their square.
+/// After a Newton step of this length, in sizes, the error is its square, hence rounding.
 const SHORT: f64 = 1e-7;
 
-/// A shape that is farther than this, in sizes, from one in which its gaps are closed is not closed, however small they are: near
-/// shapes that cannot come nearer, such as an exactly straight rope, gaps are squares of distances. Gaps below the other number are
-/// rounding, in parts of what gaps are compared with.
+/// A shape that is farther than this, in sizes, from the nearest closed one is open, however small its gaps are: near singular shapes,
+/// such as an exactly straight rope, gaps are squares of distances. Gaps below the second number, relative to their sizes, are
+/// rounding.
 const OPEN: f64 = 1e-7;
 const ROUNDING_OF_GAPS: f64 = 1e-13;
 
-/// Shapes of loops that the rounding of gaps moves by more than this part of sizes are near a singular position. Their forces are not
-/// known where that changes them by the second part.
+/// Shapes of loops that the rounding of gaps moves by more than this part of sizes are near a singular position. Their multipliers are
+/// undetermined if that motion changes them by more than the second part.
 const ROUNDED: f64 = 1e-12;
 const UNCERTAIN: f64 = 1e-4;
 
-/// Nothing holds what moves by so many sizes in a step, or by fewer while no force changes by this part: places farther away round
-/// gaps of loops.
+/// A model is not held if it moves by this many sizes in a step, or by [`FAR`] sizes without a relative change of forces: farther away,
+/// gaps of loops are rounding.
 pub(super) const UNHELD: f64 = 1e9;
 const FAR: f64 = 1e6;
 const UNCHANGED: f64 = 1e-9;
 
-/// How often a saddle is left.
+/// Maximum number of saddles that a search leaves.
 const ESCAPES: usize = 5;
 const ESCAPING_RADIUS: f64 = 0.1;
 
@@ -125,7 +125,7 @@ pub(super) struct Found {
     pub(super) ended: Ended,
     /// Length of the next Newton step, or of the last one, in sizes.
     pub(super) step_norm: f64,
-    /// Norm of what is left of the forces, times sizes: joules.
+    /// Norm of the residual forces times sizes, in joules.
     pub(super) residual_norm: f64,
     /// Multipliers of loops, followed by those of cords that do not stretch.
     pub(super) multipliers: Vec<f64>,
@@ -150,7 +150,7 @@ pub(super) fn search(
 ) -> Result<Found, Halted> {
     let mut q = q0.to_vec();
     if model.facts().constraints() > 0 {
-        // A shape that stays open is told of at the end.
+        // A shape that stays open is reported at the end.
         closing::close(model, &mut q);
     }
     let mut search = Search::new(model, q, monitor)?;
@@ -165,7 +165,7 @@ pub(super) fn search(
     }
 }
 
-/// How far from equilibrium a shape is: the largest relative change of its forces that would balance them. The shape is not changed.
+/// Distance of a shape from equilibrium: the largest relative change of its forces that would balance them. Does not change the shape.
 pub(super) fn error_of_balance(
     model: &mut dyn Static,
     q: &[f64],
@@ -174,14 +174,14 @@ pub(super) fn error_of_balance(
     Ok(Search::new(model, q.to_vec(), monitor)?.balance.error)
 }
 
-/// Whether the forces of loops in a shape are not known, because the rounding of gaps changes them. The shape is not changed.
+/// Whether rounding of gaps determines the multipliers of loops in a shape. Does not change the shape.
 pub(super) fn multipliers_are_rounding(model: &mut dyn Static, q: &[f64]) -> bool {
     let mut go_on = || Ok(());
     let search = Search::new(model, q.to_vec(), &mut go_on);
     search.is_ok_and(|mut search| search.multipliers_are_rounding())
 }
 
-/// Whether a shape is not near one in which its loops are closed, and its taut cords as long as they are. The shape is not changed.
+/// Whether a shape is not close to one with closed loops and with taut cords of their commanded lengths. Does not change the shape.
 pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     let (m, n) = (model.facts().constraints(), q.len());
     let (mut gaps, mut sizes) = (vec![0.0; m], vec![0.0; n]);
@@ -198,19 +198,19 @@ pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     norm(&times(&held.transform, &gaps)) > OPEN
 }
 
-/// What goes on from step to step.
+/// State of a search that persists between steps.
 struct Progress {
     radius: f64,
-    /// How often a saddle may still be left.
+    /// Remaining number of saddles that may be left.
     escapes: usize,
     /// The error before the last step, and its length.
     before: f64,
     last: f64,
-    /// The smallest error, since how many steps it is not half of that, and whether that has been too long.
+    /// The smallest error, the number of steps since it last halved, and whether that exceeds [`PATIENCE`].
     best: f64,
     stale: usize,
     is_settling: bool,
-    /// The shift of the second derivative, if that bounds steps.
+    /// Whether a shift of the second derivative limits steps, and the shift.
     is_damped: bool,
     damping: f64,
 }
@@ -234,7 +234,7 @@ impl Progress {
         if good < POOR {
             self.radius = 0.5 * length;
         } else if self.is_damped && may_grow {
-            // Steps were short where surfaces began to touch, and need not be so afterwards.
+            // Steps are short where surfaces begin to touch, and may be longer afterwards.
             self.radius = self.radius.max(GROWTH_OF_STEPS * length);
         } else if good > GOOD && length > 0.8 * self.radius && may_grow {
             self.radius *= GROWTH;
@@ -267,7 +267,7 @@ impl Local {
         next.map_or(f64::INFINITY, |next| step::length(&next.x, metric))
     }
 
-    /// Whether the energy falls to second order in a direction that nothing holds.
+    /// Whether the energy falls to second order in a free direction.
     fn is_saddle(&self) -> bool {
         let mut regular = self.hessian.clone();
         self.regularisation.iter().enumerate().for_each(|(k, x)| regular[(k, k)] += x);
@@ -280,8 +280,8 @@ impl Local {
     }
 }
 
-/// A step that is taken: where it leads, how much of the predicted work it does, its length, by how much it shifts coordinates, and whether
-/// nothing holds it.
+/// An accepted step: its end, the fraction of the predicted work that it does, its length, by how much it shifts coordinates, and
+/// whether the model is not held along it.
 struct Taken {
     shape: Shape,
     balance: Balance,
@@ -293,9 +293,9 @@ struct Taken {
 
 enum Tried {
     Taken(Box<Taken>),
-    /// None was short enough; the last shape may have had a flaw.
+    /// No step was short enough; with the problem of the last shape, if it was invalid.
     Refused(Option<Flaw>),
-    /// Softened surfaces have passed each other.
+    /// Softened surfaces have passed through each other.
     Deep,
 }
 
@@ -308,7 +308,7 @@ struct Search<'a> {
     /// Sizes moved since the scale was found.
     moved: f64,
     step_norm: f64,
-    /// The largest overlap of softened contacts so far, over the thickness of the surfaces; `None` if contacts are as stiff as they are.
+    /// The largest overlap of softened contacts so far, over the thickness of the surfaces; `None` if contacts are not softened.
     deepest: Option<f64>,
 }
 
@@ -351,7 +351,7 @@ impl<'a> Search<'a> {
             self.deepest = Some(0.0);
             self.look_again()?;
             let before = self.problem.counters.iterations;
-            // Half of the iterations are for what follows.
+            // Half of the iterations are reserved for the next searches.
             let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left.div_ceil(2)), ..goal };
             let ended = self.descend(loose)?;
             if ended == Ended::WithoutPotential {
@@ -384,13 +384,13 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Whether softened surfaces overlap so far that those of obstacles do not tell on which side they are.
+    /// Whether softened surfaces overlap so far that they may be on either side of obstacles.
     fn is_deep(&mut self) -> bool {
         self.deepest.is_some() && self.problem.model.deepest_overlaps(&self.shape.q)[0] > DEEP
     }
 
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
-        // Contacts set in abruptly: steps are bounded by the shift of the second derivative, which leaves what is stiff alone.
+        // Contacts set in abruptly: steps are limited by a shift of the second derivative, which hardly affects stiff directions.
         let is_damped = self.problem.model.facts().has_contact;
         let mut so_far = Progress::new(if goal.is_stable { ESCAPES } else { 0 }, is_damped);
         for _ in 0..goal.max_iter {
@@ -453,8 +453,8 @@ impl<'a> Search<'a> {
         Ok(Ended::IterationLimit)
     }
 
-    /// The quadratic problem of a step from the shape; `None` where the forces have no potential. Where the search `is_settling` the
-    /// shape stays as it is along the softest directions.
+    /// The quadratic problem of a step from the shape; `None` if the forces have no potential. If the search `is_settling`, the shape is
+    /// fixed along the softest directions.
     fn local(&mut self, is_settling: bool, error: f64) -> Option<Local> {
         let hessian = self.hessian()?;
         let n = self.problem.n();
@@ -483,7 +483,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// A step that does enough of what is predicted, within a radius that shrinks until one does.
+    /// A step that does enough of the predicted work, within a radius that shrinks until one does.
     fn try_steps(&mut self, local: &Local, so_far: &mut Progress, error: f64) -> Result<Tried, Interrupted> {
         let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
         let is_leaving = so_far.radius == ESCAPING_RADIUS && error == 1.0;
@@ -547,7 +547,7 @@ impl<'a> Search<'a> {
         self.problem.hessian(&self.shape, raw_gradient, multipliers, tensions, &self.scale.sizes, work)
     }
 
-    /// A search that has not ended in equilibrium may have come to shapes in which the forces have no potential.
+    /// The reason why a search has failed: the forces may have no potential in the last shape.
     fn explained(&mut self, ended: Ended) -> Ended {
         if !matches!(ended, Ended::IterationLimit | Ended::Stalled) {
             return ended;
@@ -559,8 +559,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// As those of a straight rope that carries a weight across: what it hangs through is open by the square of that, so that a
-    /// shape closed to rounding balances any weight.
+    /// Whether rounding of gaps determines the multipliers. Example: a straight rope under a transverse weight, whose gap is the square of
+    /// its sag, so that a shape that is closed to rounding balances any weight.
     fn multipliers_are_rounding(&mut self) -> bool {
         if self.shape.gaps.is_empty() {
             return false;
@@ -571,7 +571,7 @@ impl<'a> Search<'a> {
             let gap_sizes = self.problem.model.facts().gap_sizes.iter();
             held.transform.row(k).iter().zip(gap_sizes).map(|(t, size)| (t * size).abs() * f64::EPSILON).sum()
         };
-        // Shapes that differ by that rounding.
+        // Displacements by that rounding.
         let moved: Vec<DVector<f64>> = (0..held.rows.nrows())
             .map(|k| {
                 let most = rounding(k);
@@ -591,8 +591,8 @@ impl<'a> Search<'a> {
         moved.iter().any(|moved| natural((&geometric * moved).as_slice()) > UNCERTAIN * most)
     }
 
-    /// Gradient along natural coordinates, without what elastic cords and springs add. What is left of forces by rounding moves
-    /// nothing: along directions without stiffness it would move much.
+    /// Gradient along natural coordinates, without the forces of elastic cords and springs. Residuals at the level of rounding are set to
+    /// zero: they would cause large steps along directions without stiffness.
     fn gradient(&self) -> Vec<f64> {
         let Balance { gradient, work, .. } = &self.balance;
         let is_rounding = |(force, work): &(&f64, &f64)| force.abs() <= BALANCED * **work;
@@ -603,9 +603,8 @@ impl<'a> Search<'a> {
         gradient.iter().zip(&self.scale.w).map(|(force, w)| force * w).collect()
     }
 
-    /// The same without what is left of forces along directions without stiffness, where it is rounding or the error of quadrature: it
-    /// would move the shape for ever, such as a rope that turns about itself, because every step along an orbit leaves an error of its
-    /// square.
+    /// The same without residuals along directions without stiffness that are rounding or errors of quadrature: they would move the shape
+    /// forever, such as a rope that turns about its axis, because every step along the orbit has an error of its square.
     fn held_still(&self, softest: &[(f64, Vec<f64>)]) -> Vec<f64> {
         let Balance { gradient, work, tensions, .. } = &self.balance;
         let w = &self.scale.w;
@@ -625,7 +624,7 @@ impl<'a> Search<'a> {
         left.iter().zip(natural(&of_cords)).map(|(left, of_cords)| left - of_cords).collect()
     }
 
-    /// Sizes change with the shape, but slowly.
+    /// Recomputes the sizes of coordinates, which change slowly with the shape, after moving by a part of them.
     fn rescale(&mut self, length: f64) {
         const LONG: f64 = 0.3;
         self.moved += length;
@@ -638,7 +637,7 @@ impl<'a> Search<'a> {
 
     /// Whether surfaces pass through each other on the way to a shape.
     fn have_tunnelled(&mut self, to: &Shape, length: f64) -> bool {
-        /// Places move straight on within parts of this length: those of a link that turns by a tenth of a radian are off by
+        /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
         /// a thousandth of its length.
         const PART: f64 = 0.1;
         let Problem { model, turns, .. } = &mut self.problem;
@@ -653,14 +652,14 @@ impl<'a> Search<'a> {
             let mut q = self.shape.q.clone();
             let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();
             chart::retract(turns, &mut q, &part);
-            // How far solids turn is judged by their coordinates.
+            // The tunnelling check computes rotations of solids from the coordinates.
             chart::unfold(turns, &self.shape.q, &mut q);
             model.have_tunnelled(&q, Radius::Smaller) || model.deepest_overlaps(&q)[1] > inside
         })
     }
 }
 
-/// Energy that a step takes away by its quadratic problem.
+/// Decrease of the energy by a step, as predicted by its quadratic problem.
 fn predicted(linearised: &Linearised<'_>, hessian: &Matrix, x: &[f64]) -> f64 {
     let moved = times(linearised.rows, x);
     let of_row = |row: usize| {

@@ -14,10 +14,11 @@ use crate::numerics::linalg::{Matrix, dot};
 /// because equilibria are judged by forces.
 const SYMMETRIC: f64 = 1e-3;
 
-/// Differences of stiffnesses below `SYMMETRIC` of this part of the largest one are rounding.
+/// Stiffnesses count as at least this part of the largest one when asymmetries are compared with them by [`SYMMETRIC`]: smaller ones are
+/// rounding.
 const ROUNDING: f64 = 1e-8;
 
-/// A model at rest, and what of it is the same in all shapes.
+/// A model at rest, with the data that do not depend on the shape.
 pub(super) struct Problem<'a> {
     pub(super) model: &'a mut dyn Static,
     monitor: Monitor<'a>,
@@ -30,17 +31,17 @@ pub(super) struct Problem<'a> {
     cords: usize,
     springs: usize,
     gap_sizes: Vec<f64>,
-    /// Stiffnesses of cords and springs, infinite for cords that do not stretch; springs count in units of their own.
+    /// Stiffnesses of cords and springs, infinite for inextensible cords; one for springs, by their amplitudes.
     pub(super) stiffness: Vec<f64>,
     /// Stiffness of rods and joints.
     pub(super) material: Matrix,
-    /// Numbers of coordinates of parts that nothing couples.
+    /// Numbers of coordinates of uncoupled parts.
     pub(super) parts: Vec<usize>,
-    /// Whether the forces have had a potential in a shape. In sharply bent ones the error of quadrature hides it.
+    /// Whether the forces have had a potential in some shape. In sharply bent shapes the error of quadrature hides it.
     pub(super) is_conservative: bool,
 }
 
-/// What is known of a shape to first order. Rows and forces are those along steps; `raw` ones along coordinates.
+/// A shape with its forces and constraints to first order. Rows and forces are along steps, `raw` ones along coordinates.
 pub(super) struct Shape {
     pub(super) q: Vec<f64>,
     /// Forces without loops and cords; of springs only those without amplitudes.
@@ -48,10 +49,10 @@ pub(super) struct Shape {
     pub(super) force: Vec<f64>,
     /// The same without any springs.
     free_force: Vec<f64>,
-    /// Those of contacts among them; empty where nothing touches.
+    /// The contact forces among them; empty if nothing touches.
     pub(super) contact_force: Vec<f64>,
     pub(super) gaps: Vec<f64>,
-    /// The largest gap, in sizes of gaps: rows that depend on others do not tell of theirs.
+    /// The largest gap, in sizes of gaps, including those of dependent rows.
     pub(super) widest: f64,
     raw_gap_rows: Matrix,
     pub(super) gap_rows: Matrix,
@@ -59,12 +60,12 @@ pub(super) struct Shape {
     pub(super) excess: Vec<f64>,
     raw_rows: Matrix,
     pub(super) rows: Matrix,
-    /// What the forces of cords and springs could do for each coordinate.
+    /// Magnitudes of the derivatives of the excesses, without cancellation.
     pub(super) reach: Matrix,
     /// Lengths to which the rounding of the excesses is relative.
     pub(super) spans: Vec<f64>,
     springs: Option<Springs>,
-    /// Forces of the springs that have no amplitudes.
+    /// Forces of the part of springs without amplitudes.
     left: Vec<f64>,
 }
 
@@ -196,7 +197,7 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// What contacts add to the forces in a shape, where these were evaluated last; empty where nothing touches.
+    /// Contact forces in the shape evaluated last; empty if nothing touches.
     fn contact_force(&mut self, q: &[f64], forces: &[f64]) -> Result<Vec<f64>, Interrupted> {
         if !self.model.facts().has_contact || !self.model.is_touched() {
             return Ok(Vec::new());
@@ -252,7 +253,7 @@ impl<'a> Problem<'a> {
         excess
     }
 
-    /// Tensions that cords and springs have by their lengths; zero of those that do not stretch.
+    /// Tensions of cords and springs from their lengths; zero for inextensible cords.
     pub(super) fn tensions(&self, excess: &[f64]) -> Vec<f64> {
         let of_row = |row: usize| match (self.is_rigid(row), self.is_cord(row)) {
             (true, _) => 0.0,
@@ -269,7 +270,7 @@ impl<'a> Problem<'a> {
         if size.is_finite() { size } else { 0.0 }
     }
 
-    /// Work of the forces from one shape to another one (Simpson's rule), and what cords and springs take up less.
+    /// Work of the forces from one shape to another one (Simpson's rule), and the decrease of the energy of cords and springs.
     pub(super) fn work(&mut self, from: &Shape, to: &Shape) -> Result<f64, Interrupted> {
         let step = chart::step_between(&self.turns, &from.q, &to.q);
         let half: Vec<f64> = step.iter().map(|x| 0.5 * x).collect();
@@ -290,7 +291,7 @@ impl<'a> Problem<'a> {
         gradient
     }
 
-    /// Second derivative of the Lagrangian along steps, without what elastic cords and springs gain by their rows; `None` if the
+    /// Second derivative of the Lagrangian along steps, without the material stiffness of elastic cords and springs; `None` if the
     /// forces have no potential or are not finite.
     pub(super) fn hessian(
         &mut self,
@@ -324,7 +325,7 @@ impl<'a> Problem<'a> {
         if !tangent.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Moments of springs that are held have no potential; those that turn with the shape have.
+        // Held moments of springs have no potential; moments that turn with the shape have one.
         let has_potential = self.is_conservative
             || self.has_potential(&tangent, sizes, work)
             || (shape.springs.is_some() && {
@@ -341,7 +342,7 @@ impl<'a> Problem<'a> {
         Some(crate::numerics::linalg::symmetric_part(&tangent))
     }
 
-    /// Derivatives of the forces of loops with these multipliers, by what the tangent is more with them than without.
+    /// Derivatives of the forces of loops with these multipliers: the difference of the tangents with and without them.
     pub(super) fn stiffness_of_loops(&mut self, q: &[f64], multipliers: &[f64]) -> Matrix {
         let n = self.n();
         let mut all = vec![0.0; self.model.facts().constraints()];
@@ -356,8 +357,8 @@ impl<'a> Problem<'a> {
         tangent(multipliers) - tangent(&vec![0.0; multipliers.len()])
     }
 
-    /// Whether a tangent is symmetric, beside the stiffness of what it couples or, without any, beside all others and what forces
-    /// could do.
+    /// Whether a tangent is symmetric, relative to the stiffness of the coupled coordinates or, without any, to the largest stiffness and
+    /// the magnitudes of forces.
     fn has_potential(&self, tangent: &Matrix, sizes: &[f64], work: &[f64]) -> bool {
         let n = tangent.nrows();
         let of_sizes = |j: usize, k: usize| tangent[(j, k)] * sizes[j] * sizes[k];

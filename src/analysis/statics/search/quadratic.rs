@@ -1,5 +1,5 @@
-//! The quadratic problem of a step: the least energy of a linearised model whose loops stay closed, whose cords pull or are
-//! slack, and whose springs may be as stiff as they like.
+//! The quadratic problem of a step: least energy of a linearised model with closed loops as equalities, inextensible cords as
+//! inequalities, and springs of any stiffness.
 
 use super::end::Reduced;
 use super::problem::{add_transposed, times};
@@ -13,13 +13,13 @@ const SMALLEST_PIVOT: f64 = 1e-14;
 /// Springs stretch nothing along directions whose singular value is below this part of the largest one.
 const UNSTRETCHED: f64 = 1e-13;
 
-/// A cord that would have to push is let go if more than this part of the forces is left without it.
+/// A cord that would have to push becomes slack if its force exceeds this part of the forces.
 const PUSHES: f64 = 1e-7;
 
-/// Elongations below this part of what they are the sum of are rounding.
+/// Elongations below this part of the sum of their terms are rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// Changes of the active set before only one row at a time changes.
+/// Number of changes of the active set after which only one row changes at a time.
 const TOGETHER: usize = 12;
 
 /// Factors of a symmetric matrix scaled to ones on its diagonal.
@@ -50,8 +50,8 @@ impl Factors {
     }
 }
 
-/// `min g'p + p'K p / 2 + sum (e + A p)^2 / 2` with `V p = -a`: what springs stretch and what they do not are separate unknowns,
-/// so that stiff springs round nothing else away. Rows of A are those of springs of stiffness one.
+/// `min g'p + p'K p / 2 + sum (e + A p)^2 / 2` with `V p = -a`. Directions that springs stretch and those that they do not stretch are
+/// separate unknowns, so that stiff springs cause no rounding in the latter. Rows of A are scaled to stiffness one.
 pub(super) struct Saddle {
     held: Reduced,
     hessian: Matrix,
@@ -159,8 +159,7 @@ impl Saddle {
         }
     }
 
-    /// A direction of about the least curvature among those that nothing holds or stretches, of length one; `None` if there are no
-    /// such directions.
+    /// A direction of roughly the least curvature among those free of constraints and springs, of length one; `None` if there are none.
     pub(super) fn least_curved(&self) -> Option<Vec<f64>> {
         const ITERATIONS: usize = 4;
         let n = self.hessian.nrows();
@@ -180,8 +179,8 @@ impl Saddle {
     }
 }
 
-/// Eigenvalues of the second derivative, with that of active cords and springs, and eigenvectors, of motions that loops and active cords
-/// that do not stretch allow. Empty if a number is not finite.
+/// Eigenvalues and eigenvectors of the second derivative, including active cords and springs, for motions that satisfy loops and active
+/// inextensible cords. Empty if a number is not finite.
 pub(super) fn softest(
     hessian: &Matrix,
     of_loops: &Reduced,
@@ -224,8 +223,8 @@ fn transposed_times(a: &Matrix, x: &[f64]) -> Vec<f64> {
     a.column_iter().map(|column| dot(column.as_slice(), x)).collect()
 }
 
-/// What a quadratic problem consists of besides its second derivative: the gradient, independent rows of closed loops, and rows
-/// of cords and springs with their excesses and stiffnesses.
+/// Data of a quadratic problem without its second derivative: the gradient, independent rows of closed loops, and rows of cords and
+/// springs with their excesses and stiffnesses.
 pub(super) struct Linearised<'a> {
     pub(super) gradient: &'a [f64],
     pub(super) held: &'a Reduced,
@@ -241,10 +240,10 @@ pub(super) struct Solution {
     pub(super) x: Vec<f64>,
     pub(super) taut: Vec<bool>,
     pub(super) saddle: Saddle,
-    /// Taut rows that do not stretch, and those that do.
+    /// Taut inextensible rows, and taut elastic ones.
     pub(super) rigid: Vec<usize>,
     pub(super) elastic: Vec<usize>,
-    /// Maps gaps of the loops' independent rows, followed by excesses of taut rows that do not stretch, to those of the saddle.
+    /// Maps gaps of the loops' independent rows, followed by excesses of taut inextensible rows, to those of the saddle.
     pub(super) transform: Matrix,
 }
 
@@ -266,9 +265,9 @@ impl Linearised<'_> {
         from(taut).or_else(|| if is_any { from(&vec![false; taut.len()]) } else { None })
     }
 
-    /// Solves with one-sided rows: `A p <= -c` for those that do not stretch, and the energies `k max(0, c + A p)^2 / 2` of the
-    /// others, by a primal-dual active set from `taut` (Hintermueller, Ito and Kunisch 2003). If a set comes back, one row changes at
-    /// a time. `None` if the problem is not convex, or no set fits.
+    /// Solves with one-sided rows: `A p <= -c` for inextensible ones, and the energies `k max(0, c + A p)^2 / 2` of the others, by a
+    /// primal-dual active set method from `taut` (Hintermueller, Ito and Kunisch 2003). If a set recurs, one row changes at a time.
+    /// `None` if the problem is not convex, or no set is consistent.
     pub(super) fn solve(&self, hessian: &Matrix, taut: &[bool]) -> Option<Solution> {
         let m = self.excess.len();
         let mut taut: Vec<bool> = taut.iter().zip(self.is_cord).map(|(taut, cord)| *taut || !cord).collect();
@@ -329,7 +328,7 @@ impl Linearised<'_> {
         })
     }
 
-    /// Which rows push although they are active, or are exceeded although they are not.
+    /// Rows that are active but push, or inactive but exceeded.
     fn wrong(&self, solution: &Solution, hessian: &Matrix) -> Vec<bool> {
         let Solution { x, taut, rigid, .. } = solution;
         let m = self.excess.len();

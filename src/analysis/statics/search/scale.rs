@@ -1,4 +1,4 @@
-//! Scales of a shape: sizes of coordinates, natural coordinates, and what loads could do.
+//! Scales of a shape: sizes of coordinates, natural coordinates, and magnitudes of loads.
 
 use super::problem::{Problem, scaled};
 use crate::model::chart;
@@ -7,8 +7,8 @@ use crate::numerics::linalg::Matrix;
 /// Stiffness below this part of the largest one is none.
 const SOFTEST: f64 = 1e-14;
 
-/// No force can do work along a coordinate along which the forces of the same part could do less than this part of what they can
-/// do along others, or than this part of what a joint bears of them.
+/// Magnitudes of generalised forces below this fraction of the largest one of the same part, or of the constraint wrench of their joint,
+/// are rounding: no force does work along such a coordinate.
 pub(super) const NOTHING: f64 = 1e-5;
 
 /// Sizes of coordinates in a shape, and natural coordinates x, `dq = w x`, in which soft coordinates move more than stiff ones.
@@ -17,7 +17,7 @@ pub(super) struct Scale {
     pub(super) w: Vec<f64>,
     /// Which coordinates turn something.
     pub(super) turns: Vec<bool>,
-    /// What weight and loads could do along each coordinate, whatever their directions are, and part of what joints bear of them.
+    /// Magnitudes of the generalised forces of weight and loads in any direction, and a fraction of the constraint wrenches of joints.
     pub(super) loads: Vec<f64>,
 }
 
@@ -62,13 +62,13 @@ impl Scale {
         x.iter().zip(&self.w).map(|(x, w)| x * w).collect()
     }
 
-    /// Length of what only shifts, in sizes.
+    /// Length of the shifts alone, in sizes.
     pub(super) fn shift(&self, x: &[f64]) -> f64 {
         let of = |k: usize| if self.turns[k] { 0.0 } else { (x[k] * self.w[k] / self.sizes[k]).powi(2) };
         (0..x.len()).map(of).sum::<f64>().sqrt()
     }
 
-    /// Curvature along natural coordinates that missing balance of forces could make up.
+    /// Curvature along natural coordinates that corresponds to a relative error of the balance of forces.
     pub(super) fn regularisation(&self, error: f64, work: &[f64]) -> Vec<f64> {
         (0..self.w.len()).map(|k| error * work[k] * self.w[k] * self.w[k] / self.sizes[k]).collect()
     }

@@ -1,5 +1,5 @@
-//! A step within a radius: sizes of coordinates, the smallest shift of the second derivative that makes it convex and the step short
-//! enough, and the way back onto loops and taut cords.
+//! A step within a radius: the smallest shift of the second derivative that makes the problem convex and the step short enough, and the
+//! retraction onto loops and taut cords.
 
 use super::end::Reduced;
 use super::problem::{Problem, Shape, times};
@@ -13,22 +13,22 @@ use crate::numerics::linalg::{Matrix, dot, norm};
 /// Newton steps up to this size, in sizes of coordinates, are taken without regularisation.
 const NEWTON: f64 = 0.1;
 
-/// A step between this part of the radius and a little more than the radius fills it (More and Sorensen 1983, section 4).
+/// Steps between these multiples of the radius count as of its length (More and Sorensen 1983, section 4).
 const FILLS: [f64; 2] = [0.75, 1.1];
 
-/// Shifts that are tried until a step fills the radius, after the first that is short enough.
+/// Maximum number of shifts until a step has the length of the radius, after the first short enough step.
 const SHIFTS: usize = 12;
 
-/// First shift beside that at which the steepest step would be of size one.
+/// First shift, relative to that at which the steepest step has size one.
 pub(super) const FIRST_SHIFT: f64 = 1e-3;
 
 /// Shifts above this part of the stiffness have no effect.
 const LARGEST_SHIFT: f64 = 1e60;
 
-/// Corrections that take a step back onto constraints.
+/// Maximum number of corrections that project a step onto constraints.
 const CORRECTIONS: usize = 15;
 
-/// Gaps and elongations, in sizes, at which constraints hold, and those up to which rounding may be why they do not.
+/// Gaps and elongations, in sizes, up to which constraints are satisfied, and those that rounding may leave.
 const HELD: f64 = 1e-13;
 const NEARLY_HELD: f64 = 1e-9;
 
@@ -94,7 +94,7 @@ pub(super) fn within(
                 } else {
                     high = high.min(shift);
                     let is_enough = size >= FILLS[0] * radius;
-                    // Without a force all steps are zero, and the least shift tells the direction of least curvature.
+                    // Without a force all steps are zero, and the smallest shift gives the direction of least curvature.
                     if best.as_ref().is_none_or(|(_, old)| size >= *old) {
                         best = Some((found, size));
                     }
@@ -125,7 +125,7 @@ pub(super) fn within(
     Some(solution)
 }
 
-/// How long steps may be: in sizes of coordinates.
+/// Limits of steps, in sizes of coordinates.
 #[derive(Clone, Copy)]
 pub(super) struct Bounds<'a> {
     pub(super) scale: &'a Scale,
@@ -133,7 +133,7 @@ pub(super) struct Bounds<'a> {
 }
 
 /// The step for a shift of the second derivative, from `damping` on, that makes it convex and the step short enough (Levenberg 1944).
-/// Where stiff contacts are about to change, soft directions are bounded, and stiff ones are not. `None` if no shift is sufficient.
+/// Limits soft directions and hardly the stiff ones, for shapes whose stiff contacts change. `None` if no shift is sufficient.
 pub(super) fn damped(
     linearised: &Linearised<'_>,
     hessian: &Matrix,
@@ -167,7 +167,7 @@ pub(super) fn damped(
     None
 }
 
-/// The hard case: the shift is at the lowest curvature, and the step goes on along that direction (More and Sorensen 1983).
+/// The hard case: the shift equals minus the lowest curvature, and the step is extended along that direction (More and Sorensen 1983).
 fn along_least_curvature(
     linearised: &Linearised<'_>,
     hessian: &Matrix,
@@ -196,7 +196,7 @@ fn along_least_curvature(
     }
 }
 
-/// Moves a shape by a step, and takes back, with the factors of the step, by what loops, taut cords and stiff springs leave their
+/// Moves a shape by a step and corrects, with the factors of the step, the deviations of loops, taut cords and stiff springs from their
 /// linearisation (second-order correction: Fletcher 1982). `None` if that does not succeed nearby.
 pub(super) fn retracted(
     problem: &mut Problem<'_>,
@@ -259,7 +259,7 @@ pub(super) fn retracted(
     if is_closed && exceeded <= 1e-12 * size.max(1.0) {
         return Ok(Some(shape));
     }
-    // A closing from there, if it ends nearby.
+    // Otherwise closes the shape from there, if that ends nearby.
     let mut q = shape.q.clone();
     let gap = closing::close(&mut *problem.model, &mut q);
     let apart = chart::step_between(&problem.turns, &shape.q, &q);

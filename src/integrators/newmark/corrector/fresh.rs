@@ -1,4 +1,4 @@
-//! The last rung of the ladder: increments that may be shortened.
+//! The last fallback of Newton's method: fresh Jacobians and increments that may be shortened.
 
 use super::super::numbers::Numbers;
 use super::super::search::Search;
@@ -10,16 +10,15 @@ use crate::integrators::second_order::{Counters, Failure, Solved, System};
 use crate::model::InImpact;
 use crate::numerics::linalg::dot;
 
-/// Iterations before a solve is given up.
+/// Maximum number of iterations of a solve.
 const MAX_FULL_ITERATIONS: usize = 25;
-/// Increments are not shortened to less than that (NLEQ1's default for highly nonlinear problems; Nowak and Weimann
-/// 1991).
+/// Smallest factor by which increments are shortened (NLEQ1's default for highly nonlinear problems; Nowak and Weimann 1991).
 const SHORTEST_INCREMENT: f64 = 1e-4;
 
-/// The last Jacobian of a step that took more of them than that is not kept for the next step.
+/// If a step took more Jacobians than this, the last one is not kept for the next step.
 const MOST_KEPT: usize = 2;
 
-/// An increment at its full length: its size, how far it moves coordinates, and whether the Jacobian is that of where it begins.
+/// An increment at its full length: its size, how far it moves coordinates, and whether the Jacobian was evaluated at its start.
 #[derive(Clone, Copy, Debug)]
 struct Along {
     size: f64,
@@ -27,22 +26,22 @@ struct Along {
     is_fresh: bool,
 }
 
-/// What becomes of a search along an increment.
+/// Outcome of a search along an increment.
 #[derive(Clone, Copy, Debug)]
 enum Searched {
     /// The trial solves the equations.
     Solved,
     /// The next increment with the same Jacobian is shorter: its size and how far it moves coordinates.
     Shorter([f64; 2]),
-    /// The Jacobian tells too little of this place.
+    /// The Jacobian is too old to judge increments here.
     Blind,
     Fails(Failure),
 }
 
 impl<V: Numbers> Corrector<V> {
     /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
-    /// natural monotonicity test, Deuflhard 2011, section 3.3), or, where surfaces touch, until little of their work is left
-    /// ([`Search`]). A Jacobian serves further iterations where that is cheaper than a fresh one.
+    /// natural monotonicity test, Deuflhard 2011, section 3.3), or, with contacts, until little of their work is left
+    /// ([`Search`]). A Jacobian is reused if that is cheaper than a fresh one.
     pub(super) fn with_fresh_jacobians<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -65,13 +64,13 @@ impl<V: Numbers> Corrector<V> {
                     return Ok(Err(failure));
                 }
                 jacobians += 1;
-                // One more is a refresh.
+                // A further Jacobian counts as a refresh.
                 if jacobians > 1 && !std::mem::replace(&mut is_full, true) {
                     counters.full_newton += 1;
                 }
             }
             self.set_displacements(trial, h);
-            // On the way accelerations may be far larger than those it begins from.
+            // Accelerations of iterates may be far larger than the first ones.
             self.set_tolerances(&[guess, last, &trial.a]);
             let (size, moved) = (self.size_of_increment(), self.displacement());
             if !size.is_finite() {
@@ -95,18 +94,18 @@ impl<V: Numbers> Corrector<V> {
                     Searched::Fails(failure) => return Ok(Err(failure)),
                 };
             let rate = larger_rate(next_size / size, [moved, next_moved]);
-            // What is left after an increment without inertia is said by that of a Jacobian of its own place alone.
+            // Without inertia, only a Jacobian evaluated at the trial gives a reliable estimate of the remaining error.
             if !V::IS_PLAIN && self.is_at_rest {
                 renew = true;
                 continue;
             }
-            // The next increment is known: taking it costs nothing.
+            // The next increment is already known and costs nothing.
             if length == 1.0 && left_after::<_, V>(system, next_size, rate) <= 1.0 {
                 trial.subtract(&self.increment);
                 self.keep(trial, jacobians);
                 return Ok(Ok(()));
             }
-            // Where surfaces touch, rates of one iteration do not hold for many.
+            // With contacts, the rate of one iteration does not predict many.
             let patience =
                 FRESH_ITERATIONS + if may_touch::<_, V>(system) { 0.0 } else { self.jacobian_cost };
             renew = length < 1.0
@@ -115,7 +114,7 @@ impl<V: Numbers> Corrector<V> {
         Ok(Err(Failure::NotConverged))
     }
 
-    /// Goes along the increment, and less far until it is good enough to go on.
+    /// Tries the increment and shortens it until it is acceptable.
     #[allow(clippy::too_many_arguments, reason = "what the iteration knows of it")]
     fn search<S: System + ?Sized>(
         &mut self,
@@ -128,7 +127,7 @@ impl<V: Numbers> Corrector<V> {
         counters: &mut Counters,
     ) -> Result<Searched, Interrupted> {
         let n = trial.q.len();
-        // Forces of contact have a minimum along it; those of constraints do no work.
+        // Contact forces have a potential with a minimum along the increment; constraint forces do no work.
         let work =
             if system.facts().has_contact { dot(&self.residual[..n], &self.direction[..n]) } else { 0.0 };
         let mut search = Search::new(work);
@@ -149,7 +148,7 @@ impl<V: Numbers> Corrector<V> {
                 return Ok(Searched::Blind);
             }
             if next_size > SLOWEST_RATE * size {
-                // Two increments are within what is tolerated, or below what can be computed.
+                // Two increments are within tolerance or at the level of rounding.
                 for (previous, direction) in self.previous.iter_mut().zip(self.direction.iter()) {
                     *previous = *length * direction;
                 }
@@ -162,7 +161,7 @@ impl<V: Numbers> Corrector<V> {
             if next_moved <= (1.0 - 0.25 * *length) * moved || search.is_done(work) {
                 return Ok(Searched::Shorter([next_size, next_moved]));
             }
-            // A Jacobian of another place says nothing about how long its increments may be.
+            // An old Jacobian does not determine how long its increments may be.
             if !is_fresh {
                 trial.set(&self.start);
                 self.evaluate_residual(system, trial, counters)?;
@@ -178,7 +177,7 @@ impl<V: Numbers> Corrector<V> {
         }
     }
 
-    /// Keeps the Jacobian for the next step, unless it changes so much within a step that it took several of them.
+    /// Keeps the Jacobian for the next step, unless it changed so much within this step that several were needed.
     fn keep(&mut self, trial: &Trial<V>, jacobians: usize) {
         if self.reuse && jacobians <= MOST_KEPT {
             self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });

@@ -8,8 +8,8 @@
 //! the previous one, and reveals wrong Jacobians.
 //!
 //! Sizes of increments are relative to single accelerations, since errors of accelerations add up from step to step. An
-//! acceleration near zero may therefore hide all others, and its rate theirs: what counts is the larger rate of these sizes and of
-//! how far the increments move coordinates.
+//! acceleration near zero may therefore dominate the size and its rate. The rate is the larger one of these sizes and of the
+//! displacements by the increments.
 
 mod fresh;
 
@@ -25,65 +25,64 @@ use crate::integrators::second_order::{Counters, Failure, Solved, System};
 use crate::model::InImpact;
 use crate::numerics::tape::Tape;
 
-/// Iterations before a solve is started anew on the next rung of the ladder.
+/// Maximum number of iterations before the next fallback of [`Corrector::solve`].
 const MAX_ITERATIONS: usize = 20;
 
-/// The error that a step leaves must be that much smaller than the tolerances: these errors have the same sign step after
-/// step, so that they add up.
+/// Bound of the remaining error of a step, relative to the tolerances: these errors have the same sign in successive steps and add up.
 const SAFETY: f64 = 0.1;
 
-/// An increment of that fraction of what is tolerated is believed without a contraction rate.
+/// An increment below this fraction of the tolerances is accepted without a contraction rate.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// Increments that do not contract may be rounding errors if they move coordinates by no more than that part of the relative
+/// Increments that do not contract may be rounding errors if they move coordinates by no more than this part of the relative
 /// tolerance (RADAU5 stops there: Hairer and Wanner 1996, section IV.8).
 const TOLERABLE_MOTION: f64 = 0.05;
 
-/// They are if in a step of the usual size they would move coordinates by less than that part of their sizes: gaps of loops and
-/// forces are multiples of spacings of floating-point numbers, which some hundred spacings of a coordinate need not change.
+/// Such increments are rounding errors if, in a step of the usual size, they would move coordinates by less than this part of their
+/// sizes: gaps of loops and forces are multiples of floating-point spacings, and a hundred spacings of a coordinate may not change them.
 const SPACINGS: f64 = 4096.0 * f64::EPSILON;
 
-/// What is continuous hardly changes over that part of an increment, whatever the Jacobian and wherever surfaces meet; the larger one
-/// where the smaller one would be a few spacings only.
+/// A continuous residual hardly changes over this part of an increment, with any Jacobian and with contacts; the larger part is used if
+/// the smaller one would be only a few spacings.
 const NEARBY: f64 = 1.0 / 64.0;
 const FARTHEST: f64 = 1.0 / 16.0;
 
-/// Rounding changes by at least that part of itself, and single entries by that part.
+/// Over that part of an increment, rounding changes by at least this part of its norm, and single entries by the second part.
 const ROUNDING_CHANGES: f64 = 0.25;
 const ONE_CHANGES: f64 = 0.01;
 
-/// An increment of more than that part of the accelerations makes these other ones, to which tolerances are then relative: a robot that
-/// starts from rest has none.
+/// After an increment of more than this part of the accelerations, tolerances are relative to the new ones: at the start from rest,
+/// accelerations may be zero.
 const FAR: f64 = 0.1;
 
-/// Rows of constraints that others determine where the Jacobian was evaluated may be rows of their own at the trial: a rod between
-/// clamps that is straight is held against twist as soon as it bends. Their gaps are then larger than that part of their sizes,
-/// which is rounding, and than what an increment so far from there leaves of rows that do depend on others. That is the product of
-/// its size and that distance, times second derivatives of gaps in units of sizes, which are of order one, summed over
-/// coordinates. Knocked rods between clamps move alike with 0.1 to 64; with 1000 gaps that open are overlooked.
+/// Constraint rows that were dependent where the Jacobian was evaluated may be independent at the trial: clamps at both ends of a
+/// straight rod resist twist as soon as it bends. Their gaps are then larger than this part of their sizes, which is rounding, and
+/// than the gaps that an increment leaves in dependent rows: its size times the distance from the Jacobian's state, times second
+/// derivatives of gaps in units of sizes, of order one, summed over coordinates. Rods between clamps under an impact have the same
+/// motion with 0.1 to 64; with 1000, opening gaps are missed.
 const OPEN: f64 = 64.0 * f64::EPSILON;
 const CURVATURE: f64 = 16.0;
 
-/// Nothing closes gaps of rows that others determine at the trial as well: these are told by how much wider they become. Rounding
-/// changes what stays open by less than a binary digit; from 1 to 100 the same rods take the same iterations.
+/// Gaps of rows that remain dependent at the trial cannot be closed; they are ignored unless they grow by this factor. Rounding changes
+/// them by less; with 1 to 100 the same rods take the same iterations.
 const WIDER: f64 = 2.0;
 
-/// A first increment that differs from the one of the last step by up to that fraction of it makes the steps similar. A
-/// Jacobian that jumps (contact, dry friction) makes a larger difference.
+/// Steps are similar if their first increments differ by at most this fraction. A Jacobian that jumps (contact, dry friction) causes a
+/// larger difference.
 const SIMILAR: f64 = 0.5;
 
-/// Tolerances are not below that (without `atol`, where accelerations are guessed to be zero): the squares of
-/// increments in units of them must not overflow. Rounding then ends the iteration.
+/// Smallest tolerance, for `atol = 0` and an initial guess of zero: the squares of increments in units of the tolerances must not
+/// overflow. Rounding then ends the iteration.
 const SMALLEST_TOLERANCE: f64 = 1e-100;
 
 /// Without inertia steps are solved to this part of the sizes of coordinates, whatever their duration.
 const DISPLACED: f64 = 1e-9;
 
-/// About as many iterations does a fresh Jacobian need.
+/// Typical number of iterations with a fresh Jacobian.
 const FRESH_ITERATIONS: f64 = 2.0;
 
-/// The error that is left after an increment of that size. Where surfaces may touch, what touches in the place that it leads to
-/// is not in any rate: the last increment itself must be small.
+/// The remaining error after an increment of this size. If surfaces may touch, new contacts at its end are not contained in any rate:
+/// the last increment itself must be small.
 fn left_after<S: System + ?Sized, V: Numbers>(system: &mut S, size: f64, rate: f64) -> f64 {
     if may_touch::<_, V>(system) { size } else { remaining_error(size, rate) }
 }
@@ -97,23 +96,23 @@ fn may_touch<S: System + ?Sized, V: Numbers>(system: &mut S) -> bool {
 /// The history of the factorised Jacobian.
 #[derive(Clone, Copy, Debug)]
 struct Kept {
-    /// The weights it belongs to.
+    /// The weights with which it was evaluated.
     weights: [f64; 3],
-    /// Steps solved with it, and what they have cost in residual evaluations, its own evaluation included.
+    /// Steps solved with it, and their cost in residual evaluations, including that of the Jacobian.
     steps: f64,
     cost: f64,
 }
 
 impl Kept {
-    /// A Jacobian should be replaced when a step costs more with it than the average of those that it has served, its own
-    /// evaluation included: a fresh one lowers the average.
+    /// A Jacobian should be replaced when a step costs more with it than the average step so far, including the evaluation of the
+    /// Jacobian: a fresh one lowers the average.
     fn is_beaten_by(&self, cost: f64) -> bool {
         cost * self.steps > self.cost
     }
 }
 
-/// How a solve with the kept Jacobian has gone so far: its iterations, their cost in residual evaluations, and whether the
-/// Jacobian is one of this step.
+/// Progress of a solve with the kept Jacobian: iterations, their cost in residual evaluations, and whether the Jacobian was evaluated
+/// in this step.
 #[derive(Clone, Copy, Debug)]
 struct SoFar {
     iteration: usize,
@@ -121,10 +120,10 @@ struct SoFar {
     is_fresh: bool,
 }
 
-/// What an increment is beside the one before.
+/// Comparison of an increment with the previous one.
 #[derive(Clone, Copy, Debug)]
 enum Judgement {
-    /// Of that contraction rate, and whether a fresh Jacobian is cheaper from here on.
+    /// The contraction rate, and whether a fresh Jacobian is cheaper from here on.
     Rate(f64, bool),
     IsRounding,
     Fails(Failure),
@@ -134,51 +133,51 @@ enum Judgement {
 #[derive(Clone, Debug)]
 pub(super) struct Corrector<V> {
     jacobian: Jacobian,
-    /// What one costs, in residual evaluations.
+    /// Cost of a Jacobian in residual evaluations.
     jacobian_cost: f64,
     reuse: bool,
     /// The usual size of a step.
     dt: f64,
     kept: Option<Kept>,
-    /// Whether surfaces might touch at the end of the last solve. The system may have been asked about another state since.
+    /// Whether surfaces could touch at the end of the last solve; the system may have evaluated another state since.
     might_touch: bool,
     linear: LinearSystem,
-    /// Where the Jacobian was evaluated.
+    /// Displacements at which the Jacobian was evaluated.
     q_jacobian: V,
     v_jacobian: V,
     contraction: Contraction,
-    /// The first increment of this step, of the last one, and its size.
+    /// The first increment of this step, that of the last step, and the size of the latter.
     first: V,
     last_first: V,
     first_size: f64,
     residual: V,
     increment: V,
-    /// The increment before.
+    /// The previous increment.
     previous: V,
-    /// Where an increment begins that may be shortened, and its full length.
+    /// Start and full length of an increment that may be shortened.
     start: V,
     direction: V,
-    /// Of the displacements and of the gaps: see [`Facts`](crate::model::Facts).
+    /// Sizes of the displacements and of the gaps: see [`Facts`](crate::model::Facts).
     sizes: V,
-    /// One over the sizes of displacements, one where they are not known, and zero for multipliers.
+    /// One over the sizes of displacements, one if these are unknown, and zero for multipliers.
     inverse_sizes: V,
-    /// How far an acceleration moves a coordinate in the step, or its velocity within it.
+    /// Displacement by a unit acceleration in the step, or by the velocity that it causes.
     reach: f64,
-    /// Whether inertia is left out: stops, contacts and friction then decide alone, and rates of one place say nothing of another.
+    /// Whether inertia is left out: stops, contacts and friction then dominate, and rates at one state do not predict those at another.
     is_at_rest: bool,
-    /// Root mean square of how far the increment moves coordinates, in units of their typical sizes.
+    /// Root mean square of the displacements by the increment, in units of typical sizes.
     moved: f64,
     gap_sizes: Vec<f64>,
-    /// The gaps, in units of these, that the Jacobian has left out where it was evaluated.
+    /// The gaps of dependent rows, in units of sizes, where the Jacobian was evaluated.
     left_open: f64,
-    /// How far an acceleration moves a coordinate, in units of its size ([`Self::set_displacements`]).
+    /// Displacement by a unit acceleration, in units of the coordinate's size ([`Self::set_displacements`]).
     displacements: V,
-    /// An increment that may be rounding, and where it was computed.
+    /// An increment that may be rounding, and the trial at which it was computed.
     judged: V,
     place: V,
     rtol: V,
     atol: V,
-    /// One over what is tolerated in each acceleration, and the size of increments that are [`FAR`].
+    /// One over the tolerance of each acceleration, and the size of increments that are [`FAR`].
     inverse_tolerance: V,
     far: f64,
 }
@@ -223,7 +222,7 @@ impl<V: Numbers> Corrector<V> {
         }
     }
 
-    /// Prepares the memory for the Jacobians of `system`. Comes before the first solve.
+    /// Prepares the memory for the Jacobians of `system`. Call before the first solve.
     pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
         self.linear = self.jacobian.linear_system(system);
         self.jacobian_cost = self.jacobian.cost(system);
@@ -246,7 +245,7 @@ impl<V: Numbers> Corrector<V> {
         }
     }
 
-    /// How many constraints were independent where the last Jacobian was evaluated.
+    /// Number of independent constraints where the last Jacobian was evaluated.
     pub(super) fn rank(&self) -> usize {
         self.linear.rank()
     }
@@ -256,12 +255,12 @@ impl<V: Numbers> Corrector<V> {
         self.kept = None;
     }
 
-    /// What acts has jumped: the kept Jacobian may serve worse than its distance tells.
+    /// Forces have jumped: the kept Jacobian may converge more slowly than its distance predicts.
     pub(super) fn doubt_jacobian(&mut self) {
         self.contraction.doubt();
     }
 
-    /// What goes on from one solve to the next: the kept Jacobian and what is known of it.
+    /// Writes or reads the state between solves: the kept Jacobian and its measurements.
     pub(super) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         let blank = Kept { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
         tape.optional(&mut self.kept, blank, |tape, kept| {
@@ -286,16 +285,16 @@ impl<V: Numbers> Corrector<V> {
         }
     }
 
-    /// One over what was tolerated in each acceleration in the last solve.
+    /// One over the tolerance of each acceleration in the last solve.
     pub(super) fn inverse_tolerances(&self) -> &[f64] {
         &self.inverse_tolerance
     }
 
     /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at
-    /// the start of the step: the larger ones of both tell what is tolerated. `h` is the step size. On failure the
-    /// trial is left anywhere.
+    /// the start of the step; tolerances are relative to the larger ones of both. `h` is the step size. After a failure
+    /// the trial is undefined.
     ///
-    /// The ladder: the kept Jacobian, one of this step, increments that may be shortened, failure.
+    /// Tries in turn: the kept Jacobian, one of this step, fresh Jacobians with increments that may be shortened.
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -334,7 +333,7 @@ impl<V: Numbers> Corrector<V> {
         outcome
     }
 
-    /// Newton's method with the kept Jacobian, or with one of this step where there is none or it is too slow.
+    /// Newton's method with the kept Jacobian, or with one of this step if there is none or it converges too slowly.
     fn with_kept_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -346,9 +345,9 @@ impl<V: Numbers> Corrector<V> {
         let mut cost = 0.0;
         let mut renew = !self.kept_jacobian_pays(system, trial, h);
         let mut is_fresh = false;
-        // Size of the increment before with the same Jacobian, and how far it moved coordinates.
+        // Size of the previous increment with the same Jacobian, and its displacements.
         let mut last: Option<[f64; 2]> = None;
-        // Size of the first increment, and whether it is like that of the last step.
+        // Size of the first increment, and whether it is similar to that of the last step.
         let mut first = None;
         for iteration in 0..MAX_ITERATIONS {
             self.evaluate_residual(system, trial, counters)?;
@@ -395,7 +394,7 @@ impl<V: Numbers> Corrector<V> {
                 *first.get_or_insert_with(|| (size, self.is_similar_to_last_step()));
             let rate = match measured_rate {
                 Some(rate) => rate,
-                // A step that begins unlike the last one may be of another kind.
+                // Only for steps that begin like the last one.
                 None if is_similar && !may_touch::<_, V>(system) => {
                     self.contraction.bound(self.distance_from_jacobian(trial, h))
                 }
@@ -413,7 +412,7 @@ impl<V: Numbers> Corrector<V> {
         Ok(Err(Failure::NotConverged))
     }
 
-    /// Judges an increment of that size by the size of the one before with the same Jacobian and how far it moved coordinates.
+    /// Judges an increment of this size by the size and the displacements of the previous one with the same Jacobian.
     #[inline]
     fn judge<S: System + ?Sized>(
         &mut self,
@@ -439,14 +438,14 @@ impl<V: Numbers> Corrector<V> {
         }
         let rate = larger_rate(of_size, [last_moved, self.moved]);
         let distance = self.distance_from_jacobian(trial, h);
-        // Where surfaces touch every step is measured, also next to where the Jacobian was evaluated. There the rate is that
-        // of what the tangent neglects, and says nothing about places that are farther away.
+        // With contacts every step is measured, also close to where the Jacobian was evaluated. There the rate is due to the terms
+        // that the tangent neglects, and does not predict rates farther away.
         let is_bound = size <= NEGLIGIBLE || is_fresh && may_touch::<_, V>(system);
         self.contraction.measured(rate, distance, is_bound);
         let needed = iterations_needed(left_after::<_, V>(system, size, rate), rate);
         let shall_renew = match self.kept {
             _ if needed == 1.0 => false,
-            // What begins to touch in a step makes the first rate poor; the next one is that of the Jacobian.
+            // New contacts in a step make the first rate poor; the next one is that of the Jacobian.
             _ if iteration == 1 && may_touch::<_, V>(system) => false,
             Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
             _ => needed > self.jacobian_cost + FRESH_ITERATIONS,
@@ -454,7 +453,7 @@ impl<V: Numbers> Corrector<V> {
         Ok(Judgement::Rate(rate, shall_renew))
     }
 
-    /// Whether the increment, the first one, is nearly that of the last step, or both are tolerable.
+    /// Whether the first increment is similar to that of the last step, or both are within tolerance.
     fn is_similar_to_last_step(&mut self) -> bool {
         self.first.copy_from_slice(&self.increment);
         let differences = self.first.iter().zip(self.last_first.iter()).map(|(first, last)| first - last);
@@ -495,7 +494,7 @@ impl<V: Numbers> Corrector<V> {
         Ok(())
     }
 
-    /// A Jacobian that is kept from now on.
+    /// Evaluates a Jacobian and keeps it.
     fn renew_jacobian<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -517,8 +516,8 @@ impl<V: Numbers> Corrector<V> {
         self.count_step(cost);
     }
 
-    /// Whether constraints are open at `trial`, where the residual has been evaluated, that the increment does not close since the
-    /// Jacobian leaves them out.
+    /// Whether constraints are open at `trial`, where the residual has been evaluated, whose rows the Jacobian leaves out as dependent, so
+    /// that the increment does not close them.
     fn is_blind(&self, trial: &Trial<V>) -> bool {
         if V::IS_PLAIN || self.gap_sizes.is_empty() {
             return false;
@@ -527,7 +526,7 @@ impl<V: Numbers> Corrector<V> {
         left > OPEN.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
     }
 
-    /// The largest gap that the increment at `trial` leaves, in rows that the Jacobian leaves out.
+    /// The largest remaining gap after the increment at `trial`, in rows that the Jacobian leaves out.
     fn left_open(&self, trial: &Trial<V>) -> f64 {
         let LinearSystem::Saddle(saddle) = &self.linear else { return 0.0 };
         let [of_displacement, ..] = trial.weights;
@@ -535,8 +534,8 @@ impl<V: Numbers> Corrector<V> {
         of_displacement * saddle.left_open(gaps, &self.increment, &self.gap_sizes)
     }
 
-    /// The gaps that the increment leaves in rows that depend on others, which do so a little differently where the Jacobian was
-    /// evaluated.
+    /// Bound of the gaps that the increment leaves in dependent rows, because their dependence was slightly different where the Jacobian
+    /// was evaluated.
     fn left_by_dependent_rows(&self, trial: &Trial<V>) -> f64 {
         let [reach, ..] = trial.weights;
         let (mut moved, mut distance) = (0.0, 0.0);
@@ -574,7 +573,7 @@ impl<V: Numbers> Corrector<V> {
         self.size_of_increment()
     }
 
-    /// Root mean square of the increment in units of what is tolerated; not finite where the increment is not. Sets
+    /// Root mean square of the increment in units of the tolerances; not finite if the increment is not. Sets
     /// [`Self::moved`].
     fn size_of_increment(&mut self) -> f64 {
         let Self { increment, inverse_tolerance, inverse_sizes, .. } = self;
@@ -594,9 +593,9 @@ impl<V: Numbers> Corrector<V> {
         (sum / self.rtol.len().max(1) as f64).sqrt()
     }
 
-    /// Whether the increment at `trial`, where [`Self::previous`] has led, is rounding errors: it moves nothing by more than what is
-    /// tolerated, and is another one a little before. What is continuous is nearly the same there, be it large since the Jacobian is wrong
-    /// or since surfaces have met. Overwrites the residual.
+    /// Whether the increment at `trial`, the end of [`Self::previous`], consists of rounding errors: its displacements are within tolerance,
+    /// and it is a different one at a point slightly before. A continuous increment would be nearly the same there, even if it is large
+    /// because of a wrong Jacobian or new contacts. Overwrites the residual.
     fn is_rounding<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -606,7 +605,7 @@ impl<V: Numbers> Corrector<V> {
     ) -> Result<bool, Interrupted> {
         let step = self.displacement_of(&self.previous);
         let largest = self.displacement().max(step);
-        // Steps that are cut until they move nothing are not solved by that.
+        // Relative to a step of the usual size, so that very short steps do not count as solved.
         let spacings = SPACINGS * (h / self.dt).powi(2).min(1.0);
         if largest <= spacings {
             return Ok(true);
@@ -641,8 +640,8 @@ impl<V: Numbers> Corrector<V> {
         Ok(is_one_by_one && ROUNDING_CHANGES * of_all[0].sqrt() <= of_all[1].sqrt())
     }
 
-    /// How far accelerations move coordinates in a step, or velocities within it, in units of the larger of a coordinate and its
-    /// typical size; where that is not known, of the largest coordinate.
+    /// Computes displacements by unit accelerations in a step, or by the velocities that they cause, in units of the larger one of a
+    /// coordinate and its typical size; if that is unknown, of the largest coordinate.
     fn set_displacements(&mut self, trial: &Trial<V>, h: f64) {
         let reach = self.reach;
         let moved = |i: usize| trial.q[i].abs().max(h * trial.v[i].abs()).max(reach * trial.a[i].abs());
@@ -653,7 +652,7 @@ impl<V: Numbers> Corrector<V> {
         }
     }
 
-    /// Root mean square of how far the increment moves coordinates, in units of their sizes.
+    /// Root mean square of the displacements by the increment, in units of sizes.
     fn displacement(&self) -> f64 {
         self.displacement_of(&self.increment)
     }
@@ -663,8 +662,8 @@ impl<V: Numbers> Corrector<V> {
         (moved.sum::<f64>() / self.displacements.len().max(1) as f64).sqrt()
     }
 
-    /// How far displacements, and what velocities move in a step, are from where the Jacobian was evaluated, in units of their sizes
-    /// where these are known.
+    /// Distance of displacements, and of velocities times the step size, from those at which the Jacobian was evaluated, in units of sizes
+    /// if these are known.
     fn distance_from_jacobian(&self, trial: &Trial<V>, h: f64) -> f64 {
         let Self { q_jacobian, v_jacobian, inverse_sizes, .. } = self;
         let from = q_jacobian.iter().zip(v_jacobian.iter()).zip(inverse_sizes.iter());
@@ -677,9 +676,9 @@ impl<V: Numbers> Corrector<V> {
         (displacement + h * h * velocity).sqrt()
     }
 
-    /// Tolerances are relative to the largest of these accelerations.
+    /// Sets tolerances relative to the largest of these accelerations.
     fn set_tolerances<const N: usize>(&mut self, accelerations: &[&[f64]; N]) {
-        // Multipliers follow from the accelerations: nothing is asked of them.
+        // Multipliers follow from the accelerations and have no tolerance.
         let Self { rtol, atol, inverse_tolerance, .. } = self;
         let (sizes, is_at_rest, reach) = (&self.sizes, !V::IS_PLAIN && self.is_at_rest, self.reach);
         for (i, (inverse, (rtol, atol))) in
@@ -694,14 +693,14 @@ impl<V: Numbers> Corrector<V> {
     }
 }
 
-/// The contraction rate of two increments that move coordinates so far: that of their sizes, or of what they move if that is more than
-/// rounding.
+/// The contraction rate of two increments with these displacements: the larger one of the rates of sizes and, above rounding, of
+/// displacements.
 fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
     if moved > SPACINGS.max(of_size * last_moved) { moved / last_moved } else { of_size }
 }
 
-/// Makes of constraints on displacements ones on accelerations: however small the step is, what is solved is of one size
-/// (Bottasso, Dopico and Trainelli 2008).
+/// Scales constraints on displacements to constraints on accelerations, so that the size of the equations does not depend on the step
+/// size (Bottasso, Dopico and Trainelli 2008).
 fn per_acceleration<V: Numbers>(trial: &Trial<V>, residual: &mut [f64]) {
     let [of_displacement, ..] = trial.weights;
     for gap in &mut residual[trial.q.len()..] {

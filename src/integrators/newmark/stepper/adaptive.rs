@@ -1,4 +1,4 @@
-//! Steps whose size follows from an estimate of their errors.
+//! Adaptive steps by the error estimate.
 
 use super::super::error_estimate::{self, LARGEST_FACTOR};
 use super::super::numbers::Numbers;
@@ -36,7 +36,7 @@ impl<V: Numbers> Adaptive for StepperOf<V> {
         };
         let error = estimate.error(h, &ends, &self.rtol, &self.atol);
         let factor = if error == 0.0 && !again {
-            // That says nothing of what follows. Steps which something has shortened return to the first size.
+            // No estimate: steps that were shortened return to the initial size.
             (self.options.dt / h).clamp(1.0, LARGEST_FACTOR)
         } else {
             estimate.factor(error, again)
@@ -67,10 +67,9 @@ impl<V: Numbers> StepperOf<V> {
         Ok(None)
     }
 
-    /// Algorithmic accelerations at the start of an adaptive step of size `h`. They are ahead of the true ones by a fraction of
-    /// the step, which grows with it (Bruels and Arnold 2008). What else they differ by is left over from something that was not
-    /// smooth, an impact: it is velocity still to come and alternates, so that it becomes smaller with a step of another
-    /// size. Grown with the step it would be larger from step to step.
+    /// Computes the algorithmic accelerations at the start of an adaptive step of size `h`. Their lead over the true ones is a fraction of
+    /// the step and is scaled with it (Bruels and Arnold 2008). The rest of the difference stems from events that are not smooth, such as
+    /// impacts; it alternates in sign and must not be enlarged with the step, or it would grow from step to step.
     fn rescale_memory(&mut self, h: f64) {
         if !self.adapts_memory {
             return;

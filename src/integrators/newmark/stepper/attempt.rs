@@ -1,4 +1,4 @@
-//! One step that is tried: its equations, their solution, and what becomes of it.
+//! One trial step: its equations, their solution and its projection onto constraints.
 
 use super::super::error_estimate::LARGEST_FACTOR;
 use super::super::numbers::Numbers;
@@ -13,15 +13,16 @@ use crate::model::constraint::projection;
 use crate::model::{Excitation, OneSided};
 use crate::numerics::linalg::Matrix;
 
-/// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
-/// tendon is told jumps at its end, before which a function's rate tells nothing, or within it.
+/// Largest correction of velocities, in typical sizes of the coordinates per second, that can be an error of a step. Larger ones are due
+/// to a jump of a commanded tendon length at its end or within it, which the rate of the function does not show.
 const SWIFT: f64 = 10.0;
 
-/// A step without inertia that moves a coordinate by more than this part of its size, and this many times as fast as those beside it, has snapped.
+/// A quasi-static step has snapped if it moves a coordinate by more than this part of its size, and faster than the neighbouring steps by
+/// the second factor.
 const SNAPPED: f64 = 1e-2;
 const SPIKE: f64 = 10.0;
 
-/// Stiffnesses of less than this part of those of single coordinates count as none.
+/// Stiffnesses below this part of those of single coordinates count as zero.
 const SOFT: f64 = 1e-8;
 
 impl<V: Numbers> StepperOf<V> {
@@ -60,21 +61,21 @@ impl<V: Numbers> StepperOf<V> {
         if V::IS_PLAIN || self.a.len() == self.q.len() || solved.is_err() {
             return Ok(solved);
         }
-        // A row that begins to hold has been open by what it did not hold before. Closed within one step this is a blow, whose
-        // velocity would stay.
+        // A constraint row that becomes independent has a gap from earlier steps. Closing it within one step is an impulse, whose velocity
+        // would remain.
         let begins_to_hold = self.corrector.rank() > self.rank;
-        // Velocities and accelerations of a step with constraints on displacements have errors normal to these, which cancel
-        // while the step keeps its size. Divided by that of a shorter step they would grow the more it is shortened
-        // (Arnold, Bruels and Cardona 2015). Where tendons become slack or taut is told by velocities that keep their lengths.
+        // With constraints on displacements, velocities and accelerations of a step have errors normal to the constraints, which cancel
+        // while the step size is constant but grow when steps are shortened (Arnold, Bruels and Cardona 2015). Locating where tendons
+        // become slack or taut also requires velocities that satisfy the constraints.
         if self.changes_size || begins_to_hold || self.ends_at_changes() {
             self.forgets |= self.fit_to_constraints(system, begins_to_hold)? && begins_to_hold;
         }
         Ok(solved)
     }
 
-    /// The same without inertia: the velocity at the end is the change of the shape over the step, and accelerations are none.
+    /// The same for quasi-static motion: the velocity at the end is the change of the shape over the step, and accelerations are zero.
     fn attempt_without_inertia<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
-        // What is prescribed moves with what moves by it: the rates of both are those of the step.
+        // Rates of prescribed motions are means over the step, like those of the coordinates.
         model_of(system).mean_rates_over(h);
         let trial = &mut self.trial;
         trial.t = t_new;
@@ -85,10 +86,10 @@ impl<V: Numbers> StepperOf<V> {
         self.correct(system, h)
     }
 
-    /// What the step from here to `t_new` keeps of algorithmic accelerations ([`Scheme::step`]).
+    /// Memory of algorithmic accelerations of the step from here to `t_new` ([`Scheme::step`]).
     fn memory<S: System + ?Sized>(&self, system: &mut S, t_new: f64, h: f64) -> Option<f64> {
         if self.adapts_memory {
-            // Those of an adaptive step are made for its size.
+            // `rescale_memory` has scaled those of an adaptive step.
             return Some(1.0);
         }
         let stretch = stretch(h, self.h_of_s);
@@ -100,7 +101,7 @@ impl<V: Numbers> StepperOf<V> {
         memory(corner, before, [self.t, t_new]).and(stretch)
     }
 
-    /// The same by the backward Euler method: of order 1, and without memory of accelerations. What a step meets stops there.
+    /// The same by the backward Euler method: of order 1, without memory of accelerations, and with inelastic impacts.
     pub(super) fn attempt_without_memory<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -119,8 +120,7 @@ impl<V: Numbers> StepperOf<V> {
             trial.q_base[i] = self.q[i] + h * self.v[i];
             trial.v_base[i] = self.v[i];
         }
-        // Forces of contact are those of the end, and loads those of the middle: steps end at corners of these, between which
-        // that is their mean.
+        // Contact forces are those at the end, loads those at the middle of the step, their mean: steps end at corners of loads.
         self.lags = self.has_corners && !system.facts().is_one_sided && model_of(system).lag_loads(0.5 * h);
         let solved = self.correct(system, h);
         if self.lags {
@@ -133,21 +133,21 @@ impl<V: Numbers> StepperOf<V> {
         Ok(solved)
     }
 
-    /// Whether steps end where tendons that do not stretch become slack or taut.
+    /// Whether steps end where inextensible tendons become slack or taut.
     fn ends_at_changes(&self) -> bool {
         self.is_one_sided && self.lengths == Lengths::Smooth
     }
 
-    /// Changes velocities of the trial by the smallest kinetic energy that makes them satisfy the constraints, and sets accelerations and
-    /// multipliers to those of that state. Returns whether it could; near singular positions it leaves everything as it
-    /// was, unless it shall `even_singular`. Allocates.
+    /// Projects velocities of the trial onto the constraints in the metric of the mass matrix, and sets accelerations and multipliers to
+    /// those of that state. Returns whether it succeeded; near singular positions it changes nothing, unless `even_singular`.
+    /// Allocates.
     fn fit_to_constraints<S: System + ?Sized>(
         &mut self,
         system: &mut S,
         even_singular: bool,
     ) -> Result<bool, Interrupted> {
         let Trial { t, q, v, a, .. } = &mut self.trial;
-        // Where a length that is told has a corner, this step fits what is told before.
+        // At a corner of a commanded length, this step uses the command before it.
         let before = if self.is_one_sided { t.next_down() } else { *t };
         let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
         let mut fit = projection::fit_motion(model_at(system, before)?, q, &mut fitted, &mut found);
@@ -164,8 +164,8 @@ impl<V: Numbers> StepperOf<V> {
         Ok(true)
     }
 
-    /// Accelerations of the trial by the loads of its end, where those that led to it are by others.
-    fn settle_accelerations<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+    /// Recomputes the accelerations of the trial with the loads of its end, if it was solved with lagged loads.
+    fn recompute_accelerations<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
         let h = self.size;
         let Self { trial, corrector, guessed, counters, .. } = self;
         if trial.a.len() > trial.q.len() {
@@ -192,7 +192,7 @@ impl<V: Numbers> StepperOf<V> {
     fn correct<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
         match self.guess {
             _ if !V::IS_PLAIN && self.trial.weights[2] == 0.0 => {
-                // The shape goes on as in the last step.
+                // Constant velocity of the shape.
                 let n = self.q.len();
                 self.guessed[n..].copy_from_slice(&self.a[n..]);
                 for (guess, v) in self.guessed.iter_mut().zip(self.v.iter()) {
@@ -200,12 +200,12 @@ impl<V: Numbers> StepperOf<V> {
                 }
             }
             Guess::Zero => {
-                // Multipliers of a robot at rest are not zero: their full size would drown what accelerations are looked for.
+                // Multipliers of a robot at rest are not zero: starting from zero, their size would hide the accelerations.
                 let n = self.q.len();
                 self.guessed[..n].fill(0.0);
                 self.guessed[n..].copy_from_slice(&self.a[n..]);
             }
-            // A step that is much longer than the one before, as after a steep edge, would go on with the slope of that edge.
+            // A step much longer than the last one, as after a steep edge, would extrapolate the slope of that edge.
             Guess::Extrapolated if h <= LARGEST_FACTOR * (self.t - self.t_old) => {
                 let ratio = h / (self.t - self.t_old);
                 for i in 0..self.a.len() {
@@ -216,7 +216,7 @@ impl<V: Numbers> StepperOf<V> {
         }
         let n = self.q.len();
         if !V::IS_PLAIN && self.is_one_sided {
-            // What does not hold keeps the multiplier that it starts from.
+            // Inactive constraints keep their initial multipliers.
             let guesses = self.guessed[n..].iter_mut().zip(model_of(system).held());
             guesses.filter(|(_, is_held)| !is_held).for_each(|(guess, _)| *guess = 0.0);
         }
@@ -228,8 +228,8 @@ impl<V: Numbers> StepperOf<V> {
         solved
     }
 
-    /// Whether the trial without inertia is a stable equilibrium within its step: no direction has a negative stiffness, damping and friction by the
-    /// velocities of the step included. Motions of loops and directions without any stiffness count as stable. Allocates.
+    /// Whether a quasi-static trial is a stable equilibrium within its step: no direction has a negative stiffness, including damping and
+    /// friction by the velocities of the step. Models with loops and directions without stiffness count as stable. Allocates.
     fn is_stable<S: System + ?Sized>(&self, system: &mut S) -> Result<bool, Interrupted> {
         let (Trial { t, q, v, weights, .. }, n) = (&self.trial, self.q.len());
         if self.a.len() > n || weights[2] != 0.0 {
@@ -237,7 +237,7 @@ impl<V: Numbers> StepperOf<V> {
         }
         let mut tangent = Matrix::zeros(n, n);
         system.tangent(*t, q, v, &self.trial.a, *weights, &mut tangent)?;
-        // In units in which diagonals are one, a little more stiffness than rounding makes of none.
+        // Scaled to ones on the diagonal, with a shift slightly above rounding.
         let scale: Vec<f64> =
             (0..n).map(|k| tangent[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
         let scaled = Matrix::from_fn(n, n, |i, j| {
@@ -246,12 +246,12 @@ impl<V: Numbers> StepperOf<V> {
         if scaled.clone().cholesky().is_some() {
             return Ok(true);
         }
-        // Follower loads and friction are not symmetric: what counts are directions that turn into themselves.
+        // Follower loads and friction are not symmetric: real eigenvalues decide.
         let own = Matrix::from_fn(n, n, |i, j| tangent[(i, j)] * scale[i] * scale[j]);
         Ok(own.complex_eigenvalues().iter().all(|value| value.re > -SOFT))
     }
 
-    /// Without inertia: takes note of a step before the trial that was far faster than those beside it.
+    /// For quasi-static motion: records a step before the trial that was far faster than its neighbours.
     fn look_for_snap(&mut self, sizes: &[f64]) {
         let fraction = |(x, size): (&f64, &f64)| if *size > 0.0 { (x / size).abs() } else { x.abs() };
         let speed = self.trial.v.iter().zip(sizes).map(fraction).fold(0.0, f64::max);
@@ -263,9 +263,9 @@ impl<V: Numbers> StepperOf<V> {
         self.speeds = [last, speed];
     }
 
-    /// The guess that would have been nearest to the accelerations of the step that ends in the trial.
+    /// The guess that would have been closest to the accelerations of the trial.
     fn best_guess(&self, h: f64) -> Guess {
-        // Before the first step there is nothing to extrapolate from.
+        // Before the first step there is nothing to extrapolate.
         let ratio = if self.t > self.t_old { h / (self.t - self.t_old) } else { 0.0 };
         let (mut zero, mut last, mut extrapolated) = (0.0, 0.0, 0.0);
         let weights = self.corrector.inverse_tolerances();
@@ -277,7 +277,7 @@ impl<V: Numbers> StepperOf<V> {
             last += (weight * change) * (weight * change);
             extrapolated += (weight * surprise) * (weight * surprise);
         }
-        // Those of surfaces that press against each other are not zero, but the ones of an impact do not go on.
+        // With contacts zero is a poor guess, except after a step without memory, whose accelerations do not continue.
         let zero = if self.has_contact && !self.forgets { f64::INFINITY } else { zero };
         if extrapolated < last && extrapolated < zero {
             Guess::Extrapolated
@@ -298,7 +298,7 @@ impl<V: Numbers> Stepper for StepperOf<V> {
 
     fn accept<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
         if !V::IS_PLAIN && self.lags {
-            self.settle_accelerations(system)?;
+            self.recompute_accelerations(system)?;
         }
         let h = self.size;
         if !V::IS_PLAIN && !self.scheme.has_inertia() {

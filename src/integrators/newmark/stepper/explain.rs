@@ -1,4 +1,4 @@
-//! What a status of an integration means, and what helps.
+//! Descriptions of statuses of an integration, with advice.
 
 use super::{Lengths, StepperOf};
 use crate::error::Number;
@@ -10,7 +10,7 @@ use crate::integrators::second_order::{Failure, Status};
 const TIGHT: f64 = 1e-10;
 
 impl<V: Numbers> StepperOf<V> {
-    /// What a step did that could not be solved, and what helps.
+    /// What the step that could not be solved contained, and a remedy.
     fn unsolved(&self) -> (&'static str, &'static str) {
         if !self.scheme.has_inertia() {
             return (
@@ -112,7 +112,7 @@ mod tests {
     use super::*;
     use crate::integrators::newmark::Options;
 
-    /// Advice about a step that could not be solved is for what it did.
+    /// Advice about a step that could not be solved depends on its contents.
     #[test]
     fn advice_is_for_what_the_step_did() {
         let options = Options::new(0.1);

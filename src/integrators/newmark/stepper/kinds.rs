@@ -16,7 +16,7 @@ use crate::numerics::tape::Tape;
 #[derive(Clone, Debug)]
 pub struct Stepper(Kind);
 
-/// One stepper, with the numbers that suit the system.
+/// One stepper, with the storage that suits the system.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
 enum Kind {
@@ -60,10 +60,10 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.start(system))
     }
 
-    /// Chooses the numbers before the first accelerations are known.
+    /// Chooses the storage before the first accelerations are known.
     fn suit<S: System + ?Sized>(&mut self, system: &mut S) {
         let Kind::Any(stepper) = &self.0 else { return };
-        // Steps without inertia are not among the plain ones.
+        // Quasi-static steps are not plain.
         if stepper.started || !system.facts().has_plain_steps() || !stepper.scheme.has_inertia() {
             return;
         }
@@ -87,28 +87,27 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.step(system))
     }
 
-    /// Goes on in other coordinates where those at hand come near a singularity.
+    /// Replaces rotation vectors that come close to their singularity by equivalent shorter ones.
     pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
         of_kind!(&mut self.0, stepper => stepper.shorten_rotation_vectors(system));
     }
 
-    /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
-    /// where that divides the way.
+    /// Extends the integration to a later end, for any status. Steps of fixed size are equal: `dt` if that divides the interval.
     pub(crate) fn extend_to(&mut self, t_end: f64) {
         of_kind!(&mut self.0, stepper => stepper.extend_to(t_end));
     }
 
-    /// Lets the next step end there at the latest, within the one that was made last and taken back, or at the end of the interval.
+    /// Makes the next step end at this time at the latest, within the last step, which was undone, or at the end of the interval.
     pub(crate) fn end_at(&mut self, t: f64) {
         of_kind!(&mut self.0, stepper => stepper.end_at(t));
     }
 
-    /// What lengths of tendons do over the next step of fixed size.
+    /// Sets the behaviour of tendon lengths over the next step of fixed size.
     pub(crate) fn expect(&mut self, lengths: Lengths) {
         of_kind!(&mut self.0, stepper => stepper.expect(lengths));
     }
 
-    /// The multipliers of constraints that the last step was solved with, as means over the step.
+    /// The multipliers of constraints in the last step, as means over it.
     pub(crate) fn pulls(&self) -> &[f64] {
         of_kind!(&self.0, stepper => &stepper.pulls)
     }
@@ -121,7 +120,7 @@ impl Stepper {
         })
     }
 
-    /// Takes back the last step, which began as this one and may have failed, for systems with constraints.
+    /// Restores the state `before` the last step, which may have failed, for systems with constraints.
     pub(crate) fn take_back(&mut self, before: Self) {
         let (Kind::Any(stepper), Kind::Any(before)) = (&mut self.0, before.0) else {
             unreachable!("plain steps have no constraints")
@@ -131,17 +130,17 @@ impl Stepper {
         stepper.counters.rejected += 1;
     }
 
-    /// Takes these accelerations for the current ones: what acts has jumped.
+    /// Replaces the current accelerations after a jump of forces.
     pub(crate) fn jump(&mut self, a: &[f64]) {
         of_kind!(&mut self.0, stepper => stepper.jump(a));
     }
 
-    /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
+    /// Continues from this state after a jump of velocities. `a` are accelerations, followed by multipliers.
     pub(crate) fn restart(&mut self, motion: [&[f64]; 3]) {
         of_kind!(&mut self.0, stepper => stepper.restart(motion));
     }
 
-    /// What acts one way only, as far as it is known.
+    /// State of one-sided forces.
     pub(crate) fn unilateral(&self) -> &Unilateral {
         of_kind!(&self.0, stepper => &stepper.unilateral)
     }
@@ -151,17 +150,17 @@ impl Stepper {
         of_kind!(&self.0, stepper => [&stepper.q_old[..], &stepper.v_old])
     }
 
-    /// Puts this end in place of that of the last step, which was made once more; whether surfaces touch there.
+    /// Replaces the end of the last step, which was repeated by another method; `touches`: whether surfaces touch there.
     pub(crate) fn end_instead(&mut self, motion: [&[f64]; 3], touches: bool) {
         of_kind!(&mut self.0, stepper => stepper.end_instead(motion, touches));
     }
 
-    /// Adds what was evaluated outside.
+    /// Adds the cost of evaluations outside.
     pub(crate) fn add_work(&mut self, work: &Counters) {
         of_kind!(&mut self.0, stepper => stepper.add_work(work));
     }
 
-    /// What goes on from step to step.
+    /// Writes or reads the state that persists between steps.
     pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         self.suit(system);
         of_kind!(&mut self.0, stepper => stepper.serialise(system, tape));
@@ -223,7 +222,7 @@ impl Stepper {
         of_kind!(&self.0, stepper => stepper.status)
     }
 
-    /// Why the motion so far may be wrong although all steps were made: impacts that these do not resolve, and what can be done.
+    /// Why the motion so far may be wrong although all steps were solved: unresolved impacts, with a remedy.
     pub(crate) fn doubt(&self, remedy: Remedy) -> Option<String> {
         of_kind!(&self.0, stepper => stepper.doubt(remedy))
     }
@@ -257,7 +256,7 @@ impl Stepper {
 }
 
 impl<V: Numbers> StepperOf<V> {
-    /// The same, before its first accelerations are known, with other numbers.
+    /// The same with another storage, before its first accelerations are known.
     fn anew<W: Numbers>(&self) -> StepperOf<W> {
         let tolerances = [&self.rtol, &self.atol].map(|values| &values[..]);
         StepperOf {

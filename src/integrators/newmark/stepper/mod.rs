@@ -23,7 +23,7 @@ use crate::numerics::tape::Tape;
 
 pub use self::kinds::Stepper;
 
-/// What the accelerations of the next step are guessed to be.
+/// Initial guess of the accelerations of the next step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Guess {
     Zero,
@@ -31,18 +31,18 @@ enum Guess {
     Extrapolated,
 }
 
-/// What lengths of tendons that do not stretch do over a step of fixed size. Which of these tendons pull does not change within it.
+/// Behaviour of the lengths of inextensible tendons over a step of fixed size, within which the set of taut tendons is constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lengths {
-    /// They are continuous, and so are velocities.
+    /// Lengths and velocities are continuous.
     Smooth,
-    /// They have jumped, and those that are taut follow within the step.
+    /// Lengths have jumped; taut tendons follow within the step.
     Jump,
-    /// The same where slack tendons become taut in it: what moves stops there, without memory.
+    /// The same, and slack tendons become taut in the step: an inelastic impact without memory.
     TakenUp,
 }
 
-/// An integration performed step by step, with such numbers for states.
+/// An integration performed step by step, with this storage of states.
 #[derive(Clone, Debug)]
 struct StepperOf<V> {
     options: Options,
@@ -59,10 +59,10 @@ struct StepperOf<V> {
     /// Algorithmic accelerations and the step size they belong to; not used by plain schemes.
     s: V,
     h_of_s: f64,
-    /// The same for the adaptive step that is tried, if these accelerations are made for its size.
+    /// The same scaled to the size of the adaptive trial step.
     s_of_trial: V,
     adapts_memory: bool,
-    /// The step that is tried.
+    /// The trial step.
     step: Step,
     trial: Trial<V>,
     /// Its size, and the guess of its accelerations.
@@ -76,35 +76,35 @@ struct StepperOf<V> {
     atol: V,
     /// Size of the next adaptive step.
     h: f64,
-    /// Whether the system has surfaces that may touch, and corners in time: asked once, before the first step.
+    /// Whether the system has contacts, and corners in time; determined before the first step.
     has_contact: bool,
     has_corners: bool,
-    /// Whether constraints hold one way only; what lengths do over the next step, and the multipliers that it was solved with.
+    /// Whether there are one-sided constraints; the behaviour of lengths over the next step; the multipliers of the last solve.
     is_one_sided: bool,
     lengths: Lengths,
     pulls: Vec<f64>,
-    /// Where the next step of fixed size ends, if that is within one of the grid.
+    /// End of the next step of fixed size, if it is within a step of the grid.
     ends_at: Option<f64>,
-    /// Where steps of fixed size end, and how many of these the way to the end takes.
+    /// Ends of steps of fixed size, and their number up to the end of the interval.
     grid: Grid,
     fixed_steps: usize,
-    /// Whether the step that is tried may have another size than the next one: adaptive ones, and parts of one with corners.
+    /// Whether the trial step may have another size than the next one: adaptive steps, and parts of steps with corners.
     changes_size: bool,
     counters: Counters,
-    /// Whether the trial is made without memory, and its loads are those of the middle of its step.
+    /// Whether the trial is without memory, and whether its loads are those of the middle of its step.
     forgets: bool,
     lags: bool,
     unilateral: Unilateral,
-    /// How many constraints held independently of the others in the last step; all before the first one.
+    /// Number of independent active constraints in the last step; all before the first step.
     rank: usize,
-    /// Without inertia: the largest speeds in the last two steps, in sizes of coordinates a second.
+    /// For quasi-static motion: the largest speeds in the last two steps, in sizes of coordinates per second.
     speeds: [f64; 2],
     started: bool,
     status: Option<Status>,
 }
 
 impl<V: Numbers> StepperOf<V> {
-    /// With options that have been checked: tolerances of each coordinate are `rtol` and `atol`.
+    /// With valid options; `rtol` and `atol` are the tolerances of each coordinate.
     fn new(t_span: (f64, f64), [q0, v0]: [&[f64]; 2], options: &Options, [rtol, atol]: [&[f64]; 2]) -> Self {
         let (t0, t_end) = t_span;
         let n = q0.len();
@@ -245,18 +245,17 @@ impl<V: Numbers> StepperOf<V> {
         Ok(self.status)
     }
 
-    /// Goes on in other coordinates where those at hand come near a singularity.
+    /// Replaces rotation vectors that come close to their singularity by equivalent shorter ones.
     fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
         if rotation_vectors::wrap(&system.facts().rotation_vectors, q, v, &mut [a, s]) {
-            // What belongs to the old coordinates.
+            // These belong to the old coordinates.
             self.corrector.forget_jacobian();
             self.a_old.copy_from_slice(&self.a);
         }
     }
 
-    /// Goes on to a later end, whatever the status was. Steps of fixed size are as many as it takes, all of one size: `dt`
-    /// where that divides the way.
+    /// Extends the integration to a later end, for any status. Steps of fixed size are equal: `dt` if that divides the interval.
     fn extend_to(&mut self, t_end: f64) {
         (self.status, self.t_end) = (None, t_end);
         if self.error_estimate.is_none() {
@@ -264,7 +263,7 @@ impl<V: Numbers> StepperOf<V> {
         }
     }
 
-    /// Lets the next step end there at the latest, within the one that was made last and taken back, or at the end of the interval.
+    /// Makes the next step end at this time at the latest, within the last step, which was undone, or at the end of the interval.
     fn end_at(&mut self, t: f64) {
         if self.error_estimate.is_none() {
             self.ends_at = Some(t).filter(|&t| t < self.t_end);
@@ -273,7 +272,7 @@ impl<V: Numbers> StepperOf<V> {
         }
     }
 
-    /// What lengths do over the next step.
+    /// Sets the behaviour of lengths over the next step.
     fn expect(&mut self, lengths: Lengths) {
         self.lengths = lengths;
         if lengths == Lengths::TakenUp {
@@ -281,11 +280,11 @@ impl<V: Numbers> StepperOf<V> {
         }
     }
 
-    /// Takes these accelerations for the current ones: what acts has jumped.
+    /// Replaces the current accelerations after a jump of forces.
     fn jump(&mut self, a: &[f64]) {
         self.unilateral.forget();
         for (i, (new, old)) in a.iter().zip(self.a.iter_mut()).enumerate() {
-            // Those of the method, and those before, are ahead and behind by as much as without.
+            // Algorithmic and previous accelerations keep their differences from the current ones.
             self.s[i] += new - *old;
             self.a_old[i] += new - *old;
             *old = *new;
@@ -293,7 +292,7 @@ impl<V: Numbers> StepperOf<V> {
         self.corrector.doubt_jacobian();
     }
 
-    /// Goes on from this state: velocities have jumped. `a` are accelerations, and multipliers behind them.
+    /// Continues from this state after a jump of velocities. `a` are accelerations, followed by multipliers.
     fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
         self.unilateral.forget();
         self.q.copy_from_slice(q);
@@ -301,11 +300,11 @@ impl<V: Numbers> StepperOf<V> {
         self.a.copy_from_slice(a);
         self.a_old.copy_from_slice(a);
         self.s.copy_from_slice(&a[..q.len()]);
-        // The accelerations before say nothing of those after.
+        // Accelerations before the jump are invalid after it.
         self.h_of_s = 0.0;
         self.corrector.doubt_jacobian();
         if self.is_one_sided {
-            // Other tendons may be taut, and those have stopped what they stop.
+            // Other tendons may be taut, after their impulses.
             self.rank = a.len() - q.len();
             self.corrector.forget_jacobian();
             self.unilateral.go_on(self.has_contact);
@@ -316,20 +315,20 @@ impl<V: Numbers> StepperOf<V> {
         self.unilateral.doubt(self.options.dt, remedy)
     }
 
-    /// Puts this end in place of that of the last step, which was made once more with so much work.
+    /// Replaces the end of the last step, which was repeated by another method.
     fn end_instead(&mut self, motion: [&[f64]; 3], touches: bool) {
         self.restart(motion);
         self.unilateral.resolve(touches);
     }
 
-    /// Adds what was evaluated outside.
+    /// Adds the cost of evaluations outside.
     fn add_work(&mut self, work: &Counters) {
         self.counters.nfev += work.nfev;
         self.counters.njev += work.njev;
         self.counters.nlu += work.nlu;
     }
 
-    /// What goes on from step to step.
+    /// Writes or reads the state that persists between steps.
     fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
@@ -383,12 +382,12 @@ impl<V: Numbers> StepperOf<V> {
                 if x == 0.0 { [&self.q_old, &self.v_old, &self.a_old] } else { [&self.q, &self.v, &self.a] };
             q.copy_from_slice(state[0]);
             v.copy_from_slice(state[1]);
-            // Multipliers stand behind accelerations.
+            // Multipliers follow the accelerations.
             a.copy_from_slice(&state[2][..a.len()]);
             return;
         }
         if !self.scheme.has_inertia() {
-            // Velocities are those of steps, not of their ends.
+            // Quasi-static velocities are means over steps.
             for i in 0..q.len() {
                 q[i] = self.q_old[i] + x * (self.q[i] - self.q_old[i]);
                 v[i] = self.v[i];
