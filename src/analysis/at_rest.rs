@@ -1,7 +1,7 @@
 //! Forces and stiffnesses of a model at rest with the magnitudes of their terms, for bounds of rounding, and the residual of equilibrium.
 
-use crate::analysis::natural;
-use crate::analysis::natural::{DISPLACEMENT_ROUNDING, Natural, scaled};
+use crate::analysis::normalised;
+use crate::analysis::normalised::{DISPLACEMENT_ROUNDING, Normalised, scaled};
 use crate::analysis::ties::Ties;
 use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Matrix, norm};
@@ -71,27 +71,27 @@ impl AtRest<'_> {
             untouched = get(self.model);
             self.model.leave_contact(false);
         }
-        ties.let_go(self.model);
+        ties.release(self.model);
         [whole, unconstrained, untouched]
     }
 
-    /// Natural coordinates with springs and taut tendons, and the forces of these at equilibrium. `reference` computes stiffnesses from
+    /// Normalised coordinates with springs and taut tendons, and the forces of these at equilibrium. `reference` computes stiffnesses from
     /// the model for coordinates without elasticity.
-    pub(crate) fn settled(
+    pub(crate) fn spring_forces(
         &mut self,
         material: &Matrix,
         reference: impl Fn(&Matrix) -> Vec<f64>,
-    ) -> Option<(Natural, Vec<f64>)> {
+    ) -> Option<(Normalised, Vec<f64>)> {
         let Some(own) = &self.ties.all else {
             self.ties.hold(self.model, &[], self.multipliers);
             let stiffness = self.tangent([1.0, 0.0, 0.0]);
-            self.ties.let_go(self.model);
-            return Some((Natural::new(material, None, || reference(&stiffness))?, Vec::new()));
+            self.ties.release(self.model);
+            return Some((Normalised::new(material, None, || reference(&stiffness))?, Vec::new()));
         };
-        let natural = Natural::new(material, Some(own), || reference(material))?;
+        let normalised = Normalised::new(material, Some(own), || reference(material))?;
         let [residual, _] = self.held_by(&own.forces).forces();
-        let forces = natural.settled(own, &natural.forces(&residual));
-        Some((natural, forces))
+        let forces = normalised.forces_at_equilibrium(own, &normalised.forces(&residual));
+        Some((normalised, forces))
     }
 
     /// The same with other forces of springs and tendons.
@@ -125,14 +125,14 @@ impl AtRest<'_> {
         let mut elastic = Matrix::zeros(q.len(), q.len());
         self.ties.hold(self.model, self.held, self.multipliers);
         self.model.elastic_tangent(q, &mut elastic);
-        let between = natural::work_of_interactions(self.model, q, sizes);
+        let between = normalised::work_of_interactions(self.model, q, sizes);
         let elastic = scaled(elastic, sizes);
         let parts = self.each(|model| {
             let mut tangent = Matrix::zeros(q.len(), q.len());
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
             scaled(tangent, sizes)
         });
-        let [work, borne] = natural::work_and_borne(self.model, q, sizes);
+        let [work, borne] = normalised::work_and_borne(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -180,13 +180,13 @@ impl AtRest<'_> {
         let mut elastic = rest.clone();
         self.ties.hold(self.model, self.held, self.multipliers);
         self.model.elastic_forces(q, &mut elastic);
-        let between = natural::work_of_interactions(self.model, q, sizes);
+        let between = normalised::work_of_interactions(self.model, q, sizes);
         let parts = self.each(|model| {
             let mut forces = rest.clone();
             model.inverse_dynamics(q, &rest, &rest, &mut forces);
             forces
         });
-        let of_loads = natural::work_of_loads(self.model, q, sizes);
+        let of_loads = normalised::work_of_loads(self.model, q, sizes);
         let [mut total, mut work] = [rest.clone(), rest.clone()];
         for (k, size) in sizes.iter().enumerate() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -325,7 +325,7 @@ impl AtRest<'_> {
             }
         }
         model.leave_contact(false);
-        ties.let_go(model);
+        ties.release(model);
         model.hold_cords(None);
         if !multipliers.is_empty() {
             model.set_multipliers(&vec![0.0; multipliers.len()]);

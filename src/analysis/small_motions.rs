@@ -3,9 +3,9 @@
 use nalgebra::DVector;
 
 use crate::analysis::at_rest::{APART, AtRest, ROUNDING};
-use crate::analysis::natural::scaled;
-use crate::analysis::reached;
-use crate::analysis::settled::Settled;
+use crate::analysis::normalised::scaled;
+use crate::analysis::spring_forces::SpringForces;
+use crate::analysis::weakly_active;
 use crate::model::constraint::inverse_length;
 use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
@@ -36,7 +36,7 @@ const DOUBLE: f64 = 4.0;
 /// Smallest velocity part of an eigenvector of norm one that counts as a drift.
 const DRIFT: f64 = 1e-8;
 
-/// Matrices of small motions, in natural coordinates x of the shape: `q / s = W x` with the typical sizes s.
+/// Matrices of small motions, in normalised coordinates x of the shape: `q / s = W x` with the typical sizes s.
 #[derive(Clone)]
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
@@ -56,7 +56,7 @@ pub(crate) struct SmallMotions {
 pub(crate) struct Modal {
     /// Eigenvalues of the symmetric part of the stiffness; exactly zero where its error could explain them.
     pub(crate) squares: Vec<f64>,
-    /// Shapes as columns, in natural coordinates.
+    /// Shapes as columns, in normalised coordinates.
     pub(crate) shapes: Matrix,
     /// The squares on the diagonal, and the part of the stiffness without a potential.
     stiffness: Matrix,
@@ -185,7 +185,7 @@ impl SmallMotions {
     }
 }
 
-/// Constraints in natural coordinates: free motions and multipliers.
+/// Constraints in normalised coordinates: free motions and multipliers.
 struct Held {
     /// An orthonormal basis of the motions that satisfy them.
     free: Matrix,
@@ -318,7 +318,7 @@ pub(crate) fn small_motions(
     load_factor: f64,
     multipliers: &[f64],
 ) -> Option<SmallMotions> {
-    let (idle, multipliers) = reached::decide(model, q, sizes, load_factor, multipliers);
+    let (idle, multipliers) = weakly_active::decide(model, q, sizes, load_factor, multipliers);
     let motions = decided_motions(model, q, sizes, load_factor, &multipliers, &idle);
     if !idle.is_empty() {
         model.decide(&[]);
@@ -336,19 +336,19 @@ fn decided_motions(
     idle: &[Reached],
 ) -> Option<SmallMotions> {
     let n = q.len();
-    let (settled, ties) = Settled::with_ties(model, q, sizes, load_factor, multipliers)?;
-    let Settled { material, natural, forces } = settled;
+    let (springs, ties) = SpringForces::with_ties(model, q, sizes, load_factor, multipliers)?;
+    let SpringForces { material, normalised, forces } = springs;
     let own = ties.all.as_ref();
     let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &forces };
     let parts = at_rest.stiffness(&material);
     let [residual, work] = at_rest.forces();
     let residual = at_rest.missing(&residual, &work, &parts.magnitudes);
     let imbalance = at_rest.imbalance(&residual, &work);
-    let stiffness = natural.tangent(&parts.total, own);
-    let mut error = natural.magnitudes(&parts.magnitudes, own) * (ROUNDING * n as f64 * f64::EPSILON);
-    error += natural.magnitudes(&imbalance, None);
+    let stiffness = normalised.tangent(&parts.total, own);
+    let mut error = normalised.magnitudes(&parts.magnitudes, own) * (ROUNDING * n as f64 * f64::EPSILON);
+    error += normalised.magnitudes(&imbalance, None);
     let mut rows = at_rest.gap_jacobian();
-    error += natural.magnitudes(&at_rest.of_gaps(&rows), None);
+    error += normalised.magnitudes(&at_rest.of_gaps(&rows), None);
     if ties.has_taut() {
         // Rounding of the basis, in coordinates in which all stiffnesses are of size one.
         error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);
@@ -357,14 +357,14 @@ fn decided_motions(
     if !just.is_empty() {
         at_rest.model.decide(&[idle, &just].concat());
     }
-    let damping = natural.matrix(&at_rest.tangent([0.0, 1.0, 0.0]));
+    let damping = normalised.matrix(&at_rest.tangent([0.0, 1.0, 0.0]));
     if !just.is_empty() {
         at_rest.model.decide(idle);
     }
     let mut mass = Matrix::zeros(n, n);
     at_rest.model.mass_matrix(q, &mut mass);
-    let mass = natural.matrix(&scaled(mass, sizes));
-    let (basis, change) = (natural.basis(), Matrix::zeros(n, n));
+    let mass = normalised.matrix(&scaled(mass, sizes));
+    let (basis, change) = (normalised.basis(), Matrix::zeros(n, n));
     let mut motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.to_vec() };
     let has_potential = motions.has_potential();
     if has_potential {
@@ -384,21 +384,21 @@ fn decided_motions(
         add_mismatch(&mut kept, &mut at_rest, [&values, &work], &shapes);
     }
     // The residual of Newton's method, in coordinates and in the forces of constraints and springs.
-    let residual = DVector::from(natural.residual(&residual, own, &forces));
+    let residual = DVector::from(normalised.residual(&residual, own, &forces));
     let step = &held.free * kept.newton_step(&values, &shapes, &held.free.tr_mul(&residual));
     let more = &held.multipliers * (&residual + &motions.stiffness * &step);
-    let moved = natural.coordinates(step.as_slice());
+    let moved = normalised.coordinates(step.as_slice());
     let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
     let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
     // Forces of springs follow from their displacements, not from the held forces.
     let forces: Vec<f64> = own.map_or_else(Vec::new, |own| {
-        let changes = natural.change_of_forces(own, step.as_slice());
+        let changes = normalised.change_of_forces(own, step.as_slice());
         own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
     });
     let here = at_rest.model.reached(at_rest.q);
     let mut beside = AtRest { q: &q, multipliers: &multipliers, held: &forces, ..at_rest };
     let there = beside.stiffness_beyond(&material, idle, &here);
-    let change = natural.matrix(&(there - parts.total));
+    let change = normalised.matrix(&(there - parts.total));
     kept.change += held.free.tr_mul(&(change * &held.free));
     Some(kept)
 }

@@ -1,6 +1,6 @@
 //! Vibrations about a state: their frequencies, and the amplitudes with which the state excites them.
 
-use crate::analysis::natural::scaled;
+use crate::analysis::normalised::scaled;
 use crate::analysis::small_motions::{SmallMotions, small_motions};
 use crate::model::constraint::one_sided;
 use crate::model::{ForwardScratch, Static};

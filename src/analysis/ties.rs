@@ -1,8 +1,8 @@
 //! Springs to the world and taut elastic tendons of a shape. Their forces are unknowns beside the coordinates, because a deflection
 //! determines the force of a stiff spring only up to rounding times stiffness.
 
-use crate::analysis::natural;
-use crate::analysis::natural::DISPLACEMENT_ROUNDING;
+use crate::analysis::normalised;
+use crate::analysis::normalised::DISPLACEMENT_ROUNDING;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{Reached, Static};
 use crate::numerics::linalg::{Matrix, bounded_least_squares, norm};
@@ -40,7 +40,7 @@ impl Ties {
             is_taut && cords.stiffness[*i].is_finite() && load_factor == 1.0
         };
         let taut = (0..m).filter(pulls).collect();
-        let of_world = natural::linearised(model, q, sizes);
+        let of_world = normalised::linearised(model, q, sizes);
         let springs = model.facts().springs;
         let mut ties = Self { all: None, of_world, springs, cords, taut, slack: Vec::new() };
         ties.gather(n);
@@ -77,7 +77,7 @@ impl Ties {
         }
     }
 
-    pub(crate) fn let_go(&self, model: &mut dyn Static) {
+    pub(crate) fn release(&self, model: &mut dyn Static) {
         if self.springs > 0 {
             model.hold_springs(None);
         }

@@ -9,7 +9,7 @@ use super::arguments;
 use super::convert;
 use super::inputs::{Pair, entries, limit, pair, pairs};
 use super::model::check_time;
-use super::reach::{Given, Targets};
+use super::reach::{PoseArguments, Targets};
 use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
 use super::statics::run;
@@ -251,7 +251,7 @@ fn targets_of(robot: &Robot, target: &Bound<'_, PyAny>) -> PyResult<Targets> {
     if is_sequence || target.hasattr("items")? {
         return Targets::of(robot, target, None, "target");
     }
-    let given = Given { pose: target, at: None, point: None, weights: [None; 2] };
+    let given = PoseArguments { pose: target, at: None, point: None, weights: [None; 2] };
     let none = target.py().None().into_bound(target.py());
     Targets::of(robot, &none, Some(&given), "target")
 }

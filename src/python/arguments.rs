@@ -1,8 +1,7 @@
 //! Extraction of arguments of Python functions, one function per name:
 //! `#[pyo3(from_py_with = arguments::number::mass)] mass: f64`.
 //!
-//! PyO3 does not tell an extractor the name of its argument, and messages must contain it. Those of classes stand beside the
-//! class.
+//! Messages must contain the name of the argument, which PyO3 does not pass to an extractor. Extractors of classes are beside the class.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

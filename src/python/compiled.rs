@@ -65,7 +65,7 @@ impl CompiledFunction {
         };
         // SAFETY: an address is not 0, hence a valid value of a function pointer type, which has the size of usize on
         // all platforms that NumPy supports. That a function of this signature is there is the caller's promise; the
-        // types were compared as far as the object tells them (`check_types`).
+        // types were compared as far as the object declares them (`check_types`).
         let function = unsafe { std::mem::transmute::<usize, Signature>(address) };
         Ok(Some(Self { function, inputs, outputs, parameters, owner: value.clone().unbind() }))
     }

@@ -112,7 +112,7 @@ impl PyCurveResult {
 }
 
 /// The arguments of `Robot.coordinates_of`.
-pub(super) struct Given<'a, 'py> {
+pub(super) struct CurveArguments<'a, 'py> {
     pub(super) points: &'a Bound<'py, PyAny>,
     pub(super) frames: Option<&'a Bound<'py, PyAny>>,
     pub(super) x: Option<&'a Bound<'py, PyAny>>,
@@ -120,7 +120,7 @@ pub(super) struct Given<'a, 'py> {
     pub(super) q0: Option<&'a Bound<'py, PyAny>>,
 }
 
-impl Given<'_, '_> {
+impl CurveArguments<'_, '_> {
     fn curve(&self) -> PyResult<Curve> {
         let rows_of_three = |value: &Bound<'_, PyAny>, name: &str| {
             let expected = "an array of shape (k, 3), metres";
@@ -174,7 +174,7 @@ fn matrix_of(four: &[f64], i: usize) -> PyResult<[[f64; 3]; 3]> {
 pub(super) fn coordinates_of(
     py: Python<'_>,
     robot: &Robot,
-    given: &Given<'_, '_>,
+    given: &CurveArguments<'_, '_>,
 ) -> PyResult<PyCurveResult> {
     let link = robot.link_named(given.link, "link").or_raise()?;
     let n = robot.coordinates();

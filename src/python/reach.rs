@@ -113,14 +113,14 @@ impl PyReachResult {
 }
 
 /// A target as passed from Python.
-pub(super) struct Given<'a, 'py> {
+pub(super) struct PoseArguments<'a, 'py> {
     pub(super) pose: &'a Bound<'py, PyAny>,
     pub(super) at: Option<f64>,
     pub(super) point: Option<&'a Bound<'py, PyAny>>,
     pub(super) weights: [Option<&'a Bound<'py, PyAny>>; 2],
 }
 
-impl Given<'_, '_> {
+impl PoseArguments<'_, '_> {
     /// The target for the link with this index.
     fn target(&self, link: usize) -> PyResult<Target> {
         let [position_weight, orientation_weight] =
@@ -210,7 +210,7 @@ fn of_object(object: &Bound<'_, PyAny>, link: usize) -> PyResult<Target> {
     let (pose, point) = (attribute("pose")?, attribute("point")?);
     let weights = [attribute("position_weight")?, attribute("orientation_weight")?];
     let weights = weights.each_ref().map(Some);
-    Given { pose: &pose, at, point: Some(&point), weights }.target(link)
+    PoseArguments { pose: &pose, at, point: Some(&point), weights }.target(link)
 }
 
 /// Targets with their names in messages, and whether a single target was given directly.
@@ -226,7 +226,7 @@ impl Targets {
     pub(super) fn of(
         robot: &Robot,
         link: &Bound<'_, PyAny>,
-        single: Option<&Given<'_, '_>>,
+        single: Option<&PoseArguments<'_, '_>>,
         argument: &str,
     ) -> PyResult<Self> {
         if link.is_none() || link.is_instance_of::<PyString>() {
@@ -251,7 +251,7 @@ impl Targets {
                         "{argument}: expected names of links, got {found}"
                     )));
                 };
-                let given = Given { pose: &pose, at: None, point: None, weights: [None; 2] };
+                let given = PoseArguments { pose: &pose, at: None, point: None, weights: [None; 2] };
                 all.push(robot, &name, format!("{argument}['{name}']"), |index| given.target(index))?;
             }
             return Ok(all);
@@ -310,7 +310,7 @@ fn placed(py: Python<'_>, error: &PyErr, place: &str) -> PyErr {
 }
 
 /// The other arguments of `Robot.reach`.
-pub(super) struct Wishes<'a, 'py> {
+pub(super) struct ReachArguments<'a, 'py> {
     pub(super) q0: Option<&'a Bound<'py, PyAny>>,
     pub(super) bounds: Option<&'a Bound<'py, PyAny>>,
     pub(super) prefer: Option<&'a Bound<'py, PyAny>>,
@@ -319,7 +319,7 @@ pub(super) struct Wishes<'a, 'py> {
     pub(super) restarts: Option<i64>,
 }
 
-impl Wishes<'_, '_> {
+impl ReachArguments<'_, '_> {
     fn options(&self, n: usize) -> PyResult<Options> {
         let defaults = Options::default();
         let count =
@@ -369,12 +369,12 @@ pub(super) fn search(
     py: Python<'_>,
     mut model: RobotModel,
     link: &Bound<'_, PyAny>,
-    single: Option<&Given<'_, '_>>,
-    wishes: &Wishes<'_, '_>,
+    single: Option<&PoseArguments<'_, '_>>,
+    arguments: &ReachArguments<'_, '_>,
 ) -> PyResult<PyReachResult> {
     let robot = model.description().clone();
     let targets = Targets::of(&robot, link, single, "link")?;
-    let options = wishes.options(robot.coordinates())?;
+    let options = arguments.options(robot.coordinates())?;
     let of_search = targets.targets.clone();
     let n = robot.coordinates();
     let places = targets.places;

@@ -19,7 +19,7 @@ use crate::model::{InertiaMatrix, SectionPlace};
 use crate::numerics::linalg::Matrix;
 use crate::simulation::sensitivity;
 use crate::simulation::sensitivity::{
-    Course, Failure, ForceDerivative, Interval, Lengths, OfInertia, Parameter, Rule, Sections, Together,
+    Failure, ForceDerivative, Interval, Lengths, OfInertia, Parameter, Rule, Sections, Together, Trajectory,
 };
 
 /// Models with a varied parameter, with their weights in the derivative with respect to it.
@@ -135,7 +135,7 @@ pub(crate) fn sensitivities<'py>(
     let together =
         Together { sections: Sections::new(sections, places.len()), lengths: Lengths::new(lengths, free) };
     let intervals = intervals_of(intervals.unwrap_or_default(), t.len(), native.facts().inputs())?;
-    let course = Course { t: &t, q: &q, v: &v, a: &a, rule, intervals: &intervals };
+    let trajectory = Trajectory { t: &t, q: &q, v: &v, a: &a, rule, intervals: &intervals };
     let inputs = native.facts().inputs();
     if forces.iter().any(|force| matches!(force, Force::Input(i, k) if *i >= intervals.len() || *k >= inputs))
     {
@@ -153,7 +153,7 @@ pub(crate) fn sensitivities<'py>(
             raised.catch(Python::attach(|py| py.check_signals()))
         };
         let weights = weights.as_ref().map(|(q, v)| [q.as_slice(), v.as_slice()]);
-        compute(&mut *native, &course, (forces, together), [&dq0, &dv0], weights, &mut monitor)
+        compute(&mut *native, &trajectory, (forces, together), [&dq0, &dv0], weights, &mut monitor)
     });
     raised.into_result()?;
     let computed = computed.map_err(|failure| in_words(&failure, &t))?;
@@ -339,14 +339,14 @@ fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {
 
 fn compute(
     model: &mut dyn Native,
-    course: &Course<'_>,
+    trajectory: &Trajectory<'_>,
     (forces, mut together): (Vec<Force>, Together),
     [dq0, dv0]: [&Matrix; 2],
     weights: Option<[&[f64]; 2]>,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<Vec<f64>>, Failure> {
     let n = dq0.nrows();
-    let is_steered = !course.intervals.is_empty();
+    let is_steered = !trajectory.intervals.is_empty();
     let parameter = |force| match force {
         Force::Models(terms) if terms.is_empty() => Ok(Parameter::Start),
         Force::Models(terms) => {
@@ -362,10 +362,10 @@ fn compute(
     let mut parameters = sensitivity::Parameters { dq0, dv0, of: &mut of };
     match weights {
         Some(weights) => {
-            sensitivity::adjoint(model, course, weights, &mut parameters, &mut together, monitor)
+            sensitivity::adjoint(model, trajectory, weights, &mut parameters, &mut together, monitor)
                 .map(|gradient| vec![gradient])
         }
-        None => sensitivity::forward(model, course, &mut parameters, monitor).map(Vec::from),
+        None => sensitivity::forward(model, trajectory, &mut parameters, monitor).map(Vec::from),
     }
 }
 

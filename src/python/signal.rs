@@ -22,7 +22,7 @@ use crate::description::world::{BaseMotion, BaseRotation, quaternion_motion};
 use crate::error::{Checker, Interrupted};
 use crate::python::errors::OrRaise as _;
 use crate::robot::effects::actuator::AlongRod;
-use crate::robot::{Driven, GivenSignal, Robot};
+use crate::robot::{Driven, Robot, SignalOf};
 
 /// A harmonic signal: ``mean + rate * t + amplitude * sin(2 * pi * frequency * t + phase)``.
 ///
@@ -341,10 +341,10 @@ impl Functions {
     /// The functions of a robot. The Python objects that own them must still be alive.
     pub(super) fn of_robot(py: Python<'_>, robot: &Robot) -> PyResult<Self> {
         let mut functions = Self::default();
-        for given in robot.given() {
-            match given.signal {
-                GivenSignal::Number(signal) => functions.add(py, signal)?,
-                GivenSignal::Vector(signal) => functions.add(py, signal)?,
+        for placed in robot.signals_with_places() {
+            match placed.signal {
+                SignalOf::Number(signal) => functions.add(py, signal)?,
+                SignalOf::Vector(signal) => functions.add(py, signal)?,
             }
         }
         if let Some(motion) = &robot.base_motion {

@@ -175,7 +175,7 @@ pub(crate) fn simulate<'py>(
     let (q0, v0) = (state(q0, "q0")?, state(v0, "v0")?);
     let returns_steps = t_eval.is_some_and(is_every_step);
     let t_eval = times(t_eval.filter(|_| !returns_steps))?;
-    let given = GivenOptions {
+    let given = OptionArguments {
         method,
         dt,
         jac,
@@ -291,7 +291,7 @@ pub(super) fn method<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<MethodOf<'a>> 
 }
 
 /// The options of the method as passed from Python.
-pub(super) struct GivenOptions<'a, 'py> {
+pub(super) struct OptionArguments<'a, 'py> {
     pub(super) method: MethodOf<'a>,
     pub(super) dt: f64,
     pub(super) jac: Option<&'a str>,
@@ -310,7 +310,7 @@ pub(super) struct GivenOptions<'a, 'py> {
     pub(super) returns_steps: bool,
 }
 
-impl GivenOptions<'_, '_> {
+impl OptionArguments<'_, '_> {
     /// The way to compute a motion of a model with `n` coordinates.
     pub(super) fn configuration(&self, n: usize) -> PyResult<Configuration> {
         let method = match &self.method {
@@ -483,7 +483,7 @@ fn run(
         let mut model = moved.get().native();
         py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)))
     });
-    // The first exception raised by a function of time tells more than later ones.
+    // The first exception raised by a function of time is the most informative one.
     let (raised, slack) = match (raised, or_raised(slack.flatten().unwrap_or(Ok(Vec::new())))) {
         (Ok(()), Ok(slack)) => (Ok(()), slack),
         (Err(error), slack) => (Err(error), slack.unwrap_or_default()),

@@ -72,7 +72,7 @@ fn problem_of(
     word: &str,
     [wrong, right]: [String; 2],
 ) -> Box<FileProblem> {
-    // The same word may stand there twice: its place in memory tells which one it is.
+    // The same word may occur twice in the line: its address identifies it.
     let start = word.as_ptr() as usize - line.as_ptr() as usize;
     let column = 1 + line[..start].chars().count();
     let shown: String = line.chars().take(LONGEST_LINE).collect();
@@ -85,7 +85,7 @@ fn problem_of(
     Box::new(FileProblem { file, line, column, key, wrong, right, snippet })
 }
 
-/// A number as TOML tells integers from others.
+/// A number, an integer if TOML reads it as one.
 fn number(word: &str) -> Option<Value> {
     let integer = word.parse().ok().map(Value::Integer);
     integer.or_else(|| word.parse().ok().map(Value::Number))

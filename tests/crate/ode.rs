@@ -272,7 +272,7 @@ impl System for StiffLinear {
 fn radau_takes_every_kind_of_jacobian() {
     let options =
         Options { rtol: 1e-8.into(), atol: 1e-10.into(), method: Method::Radau, ..Options::default() };
-    for kind in [JacobianKind::Differenced, JacobianKind::Given, JacobianKind::Constant] {
+    for kind in [JacobianKind::Differenced, JacobianKind::Supplied, JacobianKind::Constant] {
         let mut system = StiffLinear { kind, jacobians: 0 };
         let solution = run(&mut system, (0.0, 2.0), &[1.0, 0.0], &options, &Output::default());
         let (t, y) = last(&solution);
@@ -284,7 +284,7 @@ fn radau_takes_every_kind_of_jacobian() {
         match kind {
             // A column whose differences are not significant is evaluated again.
             JacobianKind::Differenced => assert!(nfev_jacobian >= 2 * njev && system.jacobians == 0),
-            JacobianKind::Given => assert_eq!((nfev_jacobian, system.jacobians), (0, njev)),
+            JacobianKind::Supplied => assert_eq!((nfev_jacobian, system.jacobians), (0, njev)),
             JacobianKind::Constant => assert_eq!((nfev_jacobian, njev, system.jacobians), (0, 0, 1)),
         }
     }
@@ -306,7 +306,7 @@ fn a_jacobian_that_is_promised_but_missing_ends_with_a_status() {
         }
     }
     let options = Options { method: Method::Radau, ..Options::default() };
-    for kind in [JacobianKind::Given, JacobianKind::Constant] {
+    for kind in [JacobianKind::Supplied, JacobianKind::Constant] {
         let solution = run(&mut Promise(kind), (0.0, 1.0), &[1.0], &options, &Output::default());
         assert_eq!(solution.status, Status::NonFiniteJacobian, "{kind:?}");
         assert!(solution.counters.rejected < 5, "{kind:?}: {} rejected steps", solution.counters.rejected);

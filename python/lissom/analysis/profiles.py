@@ -75,7 +75,7 @@ class Profile:
         of_others = np.delete(self.jacobian, which, axis=1)
         self._slope = -np.linalg.lstsq(of_others, self.jacobian[:, which], rcond=None)[0]
         bound = float((self.lowest, self.highest)[side > 0][which])
-        # Nothing is between, as far as numbers tell.
+        # There is no number between both.
         if best in (bound, guess):
             return best
         near, below, far = best, -1.0, guess

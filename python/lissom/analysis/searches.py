@@ -52,7 +52,7 @@ SAME = 1e-3
 #: errors of the time steps below it are expected.
 ALIKE, NOTABLE = 0.5, 0.01
 
-#: Errors of the time steps are told that move a value by more than this part of its interval's half width.
+#: Errors of the time steps that change a value by more than this part of its interval's half width are reported.
 OF_STEPS = 0.25
 
 #: Measured positions that are farther off than this multiple of the robot's length are in other units.

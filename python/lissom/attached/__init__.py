@@ -202,8 +202,8 @@ def _peaks(self: MotionResult) -> list[Peak]:
     have no modes count by these forces in strain and stress, unless tendons or chambers act along the rod.
     For each actuator its force, for each contact its resultant and the largest overlap.
 
-    Rods are looked at in 49 places of each segment, at the times of the result: peaks between these are not
-    seen. Curvature and stress are those of the modes; `StaticsResult.space_error` tells how much these lack.
+    Rods are evaluated at 49 places of each segment, at the times of the result: peaks between these are
+    missed. Curvature and stress are those of the modes; `StaticsResult.space_error` estimates their error.
 
     Returns
     -------

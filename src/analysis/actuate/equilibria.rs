@@ -36,7 +36,7 @@ pub(super) enum Lost {
     /// The path reached a limit point and turned back: the equilibrium snaps through.
     Limit,
     /// Continuation failed with this status.
-    Way(Status),
+    Continuation(Status),
 }
 
 /// Equilibria computed during a search.
@@ -84,7 +84,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
     }
 
     /// Moves the anchor to these inputs, if they were the last ones requested.
-    pub(super) fn settle_at(&mut self, u: &[f64]) {
+    pub(super) fn move_anchor(&mut self, u: &[f64]) {
         if self.latest.u == u && self.anchor.u != u {
             self.anchor = self.latest.clone();
             self.lost = None;
@@ -116,13 +116,13 @@ impl<'a, 'b> Equilibria<'a, 'b> {
             Ok(found) => found.map_err(Unfinished::interrupted)?,
             // Inputs or shape are not finite.
             Err(_) => {
-                self.lost = Some(Lost::Way(Status::NonFinite));
+                self.lost = Some(Lost::Continuation(Status::NonFinite));
                 return Ok(None);
             }
         };
         let has_turned = path.critical.iter().any(|point| point.kind == CriticalKind::Limit);
         if has_turned || path.load_factor.last() != Some(&1.0) {
-            self.lost = Some(if has_turned { Lost::Limit } else { Lost::Way(status) });
+            self.lost = Some(if has_turned { Lost::Limit } else { Lost::Continuation(status) });
             return Ok(None);
         }
         Ok(Some(path.q[path.q.len() - self.sizes.len()..].to_vec()))
@@ -161,10 +161,10 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         if saddle.factorise().is_err() {
             return Ok(None);
         }
-        let told = self.gaps_of_inputs()?;
+        let of_gaps = self.gaps_of_inputs()?;
         for (k, mut column) in pushed.column_iter_mut().enumerate() {
             let mut right: Vec<f64> =
-                column.iter().copied().chain(told.column(k).iter().map(|x| -x)).collect();
+                column.iter().copied().chain(of_gaps.column(k).iter().map(|x| -x)).collect();
             saddle.solve(&mut right);
             column.copy_from_slice(&right[..n]);
         }

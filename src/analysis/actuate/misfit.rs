@@ -68,7 +68,7 @@ impl System for Actuated<'_, '_> {
     fn jacobian(&mut self, x: &[f64], jacobian: &mut Matrix) -> Result<(), Interrupted> {
         let u = self.inputs(x);
         // The solver requests a Jacobian only at an accepted iterate.
-        self.equilibria.settle_at(&u);
+        self.equilibria.move_anchor(&u);
         let q = self.equilibria.at(&u)?.map(<[f64]>::to_vec);
         let change = if q.is_some() { self.equilibria.sensitivity()? } else { None };
         let (Some(q), Some(change)) = (q, change) else {

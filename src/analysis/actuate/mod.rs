@@ -293,7 +293,7 @@ fn search(
     let mut status = Status::of(found.end, !found.held.is_empty(), lost);
     system.targets.count_alike(true);
     if status == Status::Reached {
-        status = match settle(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
+        status = match refine_inputs(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
             Ok(true) => Status::Reached,
             Ok(false) => Status::NotSettled,
             Err(Interrupted) => Status::Interrupted,
@@ -418,7 +418,7 @@ fn descend(
 }
 
 /// Continues to the inputs nearest to the preferred ones, among those that give the same poses. False if these are not found.
-fn settle(
+fn refine_inputs(
     system: &mut Actuated<'_, '_>,
     x: &mut [f64],
     wanted: Vec<f64>,
@@ -428,7 +428,7 @@ fn settle(
 ) -> Result<bool, Interrupted> {
     let form = Form { root: Matrix::identity(x.len(), x.len()), wanted };
     Ok(!leaves_a_choice(system, x)?
-        || form.settle(system, x, bounds, &search_of(options, options.tol), counters)?)
+        || form.refine(system, x, bounds, &search_of(options, options.tol), counters)?)
 }
 
 /// Whether other inputs nearby give the same poses.

@@ -133,13 +133,13 @@ pub(super) fn message(
         Status::EquilibriumLost => {
             let why = match lost {
                 Some(Lost::Limit) | None => "beyond these inputs it buckles or snaps to another shape",
-                Some(Lost::Way(statics::Status::Flawed(Flaw::Inverted { .. }))) => {
+                Some(Lost::Continuation(statics::Status::Invalid(Flaw::Inverted { .. }))) => {
                     "beyond these inputs a rod would be turned inside out"
                 }
-                Some(Lost::Way(statics::Status::Flawed(Flaw::Unresolved { .. }))) => {
+                Some(Lost::Continuation(statics::Status::Invalid(Flaw::Unresolved { .. }))) => {
                     "beyond these inputs a rod turns too much for its quadrature `nodes`"
                 }
-                Some(Lost::Way(_)) => {
+                Some(Lost::Continuation(_)) => {
                     "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
                 }
             };

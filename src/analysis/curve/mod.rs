@@ -118,7 +118,7 @@ pub enum Status {
     /// No step, however short, reduces the distances.
     Stalled,
     /// The search led to shapes that the model cannot represent.
-    Flawed(Flaw),
+    Invalid(Flaw),
     /// The monitor asked to stop.
     Interrupted,
 }
@@ -135,9 +135,9 @@ impl Status {
             Self::Fitted => "fitted",
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
-            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
-            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
-            Self::Flawed(Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. }) => "collapsed",
+            Self::Invalid(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Invalid(Flaw::Inverted { .. }) => "inverted",
+            Self::Invalid(Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. }) => "collapsed",
             Self::Interrupted => "interrupted",
         }
     }
@@ -204,7 +204,7 @@ pub fn coordinates_of(
     let status = match end {
         End::Root | End::Minimum => Status::Fitted,
         End::IterationLimit => Status::IterationLimit,
-        End::Stalled | End::NonFinite => flaw.map_or(Status::Stalled, Status::Flawed),
+        End::Stalled | End::NonFinite => flaw.map_or(Status::Stalled, Status::Invalid),
         End::Interrupted => Status::Interrupted,
     };
     let mut rates = vec![0.0; q.len()];
@@ -283,7 +283,7 @@ fn message(found: &Followed) -> String {
         Status::Stalled => {
             "No step, however short, brings the rod nearer, although the derivatives predict it.".to_owned()
         }
-        Status::Flawed(flaw) => format!(
+        Status::Invalid(flaw) => format!(
             "The search ended at a shape in which a rod {flaw}. Check the units and the order of the points, or give the segments \
              more `nodes`."
         ),

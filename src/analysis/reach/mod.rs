@@ -146,7 +146,7 @@ fn search(
     if let Some(form) = form.filter(|_| status == Status::Reached) {
         let mut preferred = x.clone();
         unwind(form, misfit.rotation_vectors(), &mut preferred);
-        match form.settle(&mut misfit, &mut preferred, &scaled_bounds, &search, &mut counters) {
+        match form.refine(&mut misfit, &mut preferred, &scaled_bounds, &search, &mut counters) {
             Ok(true) => x = preferred,
             Ok(false) => status = Status::NotSettled,
             Err(Interrupted) => status = Status::Interrupted,

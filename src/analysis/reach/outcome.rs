@@ -21,7 +21,7 @@ pub enum Status {
     /// No step, however short, reduces the errors.
     Stalled,
     /// The search leads to invalid shapes.
-    Flawed(Flaw),
+    Invalid(Flaw),
     /// The monitor asked to stop.
     Interrupted,
 }
@@ -33,7 +33,7 @@ impl Status {
             End::Minimum if is_held => Self::AtLimits,
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
-            End::Stalled | End::NonFinite => flaw.map_or(Self::Stalled, Self::Flawed),
+            End::Stalled | End::NonFinite => flaw.map_or(Self::Stalled, Self::Invalid),
             End::Interrupted => Self::Interrupted,
         }
     }
@@ -52,11 +52,11 @@ impl Status {
             Self::AtLimits => "at_limits",
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
-            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
-            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
-            Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
-            Self::Flawed(Flaw::Open { .. }) => "loop_open",
-            Self::Flawed(Flaw::Sunk { .. }) => "sunk",
+            Self::Invalid(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Invalid(Flaw::Inverted { .. }) => "inverted",
+            Self::Invalid(Flaw::Collapsed { .. }) => "collapsed",
+            Self::Invalid(Flaw::Open { .. }) => "loop_open",
+            Self::Invalid(Flaw::Sunk { .. }) => "sunk",
             Self::Interrupted => "interrupted",
         }
     }
@@ -128,7 +128,7 @@ pub(super) fn message(
                 .to_owned()
         }
         Status::Interrupted => format!("The search was interrupted; this is the best shape from {from} until then."),
-        Status::Flawed(flaw) => {
+        Status::Invalid(flaw) => {
             let nodes = match flaw {
                 Flaw::Unresolved { shortage } => format!(" It needs more `nodes`{}.", at_least(shortage)),
                 Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. } => {

@@ -1,9 +1,9 @@
 //! A model whose constraints are replaced by almost rigid springs, for paths of equilibria.
 //!
-//! Statics treats the forces of springs as separate unknowns (see [`crate::analysis::natural`]), so that results do not depend on the
+//! Statics treats the forces of springs as separate unknowns (see [`crate::analysis::normalised`]), so that results do not depend on the
 //! stiffness. The springs' deflection, force over stiffness, is at the level of rounding.
 
-use crate::analysis::natural;
+use crate::analysis::normalised;
 use crate::error::Interrupted;
 use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{Cords, Springs};
@@ -44,9 +44,9 @@ impl<'a> AsSprings<'a> {
         model.set_multipliers(&vec![0.0; m]);
         model.elastic_tangent(q, &mut elastic);
         model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
-        let [elastic, tangent] = [elastic, tangent].map(|matrix| natural::scaled(matrix, &sizes));
-        let work = natural::work_of_loads(model, q, &sizes);
-        let material = natural::reference(&elastic, &tangent, &work, &model.facts().parts);
+        let [elastic, tangent] = [elastic, tangent].map(|matrix| normalised::scaled(matrix, &sizes));
+        let work = normalised::work_of_loads(model, q, &sizes);
+        let material = normalised::reference(&elastic, &tangent, &work, &model.facts().parts);
         let most = |k: usize| material[k].max(tangent[(k, k)].abs()).max(work[k]);
         let mut springs = Self {
             stiffness: vec![STIFF; m],
@@ -226,7 +226,7 @@ impl OneSided for AsSprings<'_> {
     fn switch(&mut self, q: &[f64], multipliers: &mut [f64]) -> Switch {
         let before = multipliers.len() - self.stiffness.len();
         let switch = self.model.switch(q, &mut multipliers[before..]);
-        if switch == Switch::TakenUp {
+        if switch == Switch::Activated {
             self.stiffen(q);
         }
         switch

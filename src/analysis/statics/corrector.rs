@@ -8,7 +8,7 @@
 
 use super::equations::{Equations, Linear, State, Step};
 use super::stability::ORTHOGONAL;
-use crate::analysis::natural::DISPLACEMENT_ROUNDING;
+use crate::analysis::normalised::DISPLACEMENT_ROUNDING;
 use crate::error::Interrupted;
 use crate::numerics::linalg::{Lu, Matrix, full_svd, norm};
 
@@ -173,7 +173,7 @@ pub(super) fn newton_step(linear: &Linear) -> Option<f64> {
     Some(norm(&linear.step(&x, 0.0).scaled))
 }
 
-/// The bordered equations `[K l; c^T]` in natural coordinates, with the load l and the constraint c
+/// The bordered equations `[K l; c^T]` in normalised coordinates, with the load l and the constraint c
 /// normalised.
 struct Bordered {
     lu: Lu,
@@ -187,7 +187,7 @@ impl Bordered {
         let n = linear.load.len();
         let size = norm(&linear.load);
         let load_factor = if size.is_normal() { 1.0 / size } else { 1.0 };
-        let mut last = linear.natural.forces(&constraint[..n]);
+        let mut last = linear.normalised.forces(&constraint[..n]);
         last.push(constraint[n] * load_factor);
         let length = norm(&last);
         let mut bordered = Matrix::zeros(n + 1, n + 1);
@@ -227,7 +227,7 @@ fn held(linear: &Linear, constraint: &[f64], largest: f64, rounding: f64) -> Opt
         let left_out = along(k, &linear.residual);
         let moved: Vec<f64> = right.column(k).iter().map(|v| v * left_out).collect();
         let is_pushed = along(k, &linear.load).abs() > ORTHOGONAL * size;
-        if !is_pushed && norm(&linear.natural.coordinates(&moved)) <= rounding {
+        if !is_pushed && norm(&linear.normalised.coordinates(&moved)) <= rounding {
             tangent.ger(1.0, &left.column(k), &right.column(k), 1.0);
             is_any = true;
         }

@@ -24,7 +24,7 @@ const TAKEN: f64 = 1e-3;
 const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
-/// Multiples of the natural stiffness added to the tangent, so that steps descend and stay within the region:
+/// Multiples of the normalised stiffness added to the tangent, so that steps descend and stay within the region:
 /// first shift, and ratio of successive shifts.
 const FIRST_SHIFT: f64 = 1e-3;
 const SHIFT_FACTOR: f64 = 4.0;
@@ -54,7 +54,7 @@ pub(super) enum Descent {
     /// No step, however short, decreases the energy.
     Stalled,
     /// The descent leads to invalid shapes.
-    Flawed(Flaw),
+    Invalid(Flaw),
     /// Forces are not finite at the start.
     NonFinite,
 }
@@ -126,7 +126,7 @@ pub(super) fn descend(
         let mut flaw = None;
         loop {
             let Some((step, length)) = shifted.step(&linear, &mut shift, radius) else {
-                return Ok(flaw.map_or(Descent::Stalled, Descent::Flawed));
+                return Ok(flaw.map_or(Descent::Stalled, Descent::Invalid));
             };
             let mut trial = state.clone();
             linear.advance(&mut trial, &step, &equations.sizes);
@@ -162,7 +162,7 @@ pub(super) fn descend(
                 return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && flaw.is_none() {
                     Descent::Converged { step_norm: length, residual_norm }
                 } else {
-                    flaw.map_or(Descent::Stalled, Descent::Flawed)
+                    flaw.map_or(Descent::Stalled, Descent::Invalid)
                 });
             }
         }

@@ -2,8 +2,8 @@
 
 use super::growth::Growth;
 use super::ladder;
-use crate::analysis::natural;
-use crate::analysis::natural::{Natural, scaled};
+use crate::analysis::normalised;
+use crate::analysis::normalised::{Normalised, scaled};
 use crate::analysis::small_motions::small_motions;
 use crate::analysis::stability;
 use crate::analysis::stability::Verdict;
@@ -41,7 +41,7 @@ impl std::ops::Add for Counters {
 ///
 /// Coordinates and forces have mixed units. Norms are therefore those of `q_i / s_i` (dimensionless) and `s_i
 /// R_i` (joules) with the typical sizes s of the model; these are called *scaled* below. Systems are solved
-/// in natural coordinates (see [`crate::model::springs`]), at forces of the springs that are part of the state.
+/// in normalised coordinates (see [`crate::model::springs`]), at forces of the springs that are part of the state.
 pub(super) struct Equations<'a> {
     pub(super) model: &'a mut dyn Static,
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
@@ -77,14 +77,14 @@ pub(super) struct Step {
     pub(super) forces: Vec<f64>,
 }
 
-/// The equations linearised at a state, in natural coordinates.
+/// The equations linearised at a state, in normalised coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
     pub(super) residual: Vec<f64>,
     /// Derivatives of the residual with respect to the load factor and to the coordinates.
     pub(super) load: Vec<f64>,
     pub(super) tangent: Matrix,
-    pub(super) natural: Natural,
+    pub(super) normalised: Normalised,
     springs: Option<Springs>,
     /// Derivative of the springs' forces with respect to the load factor, if not zero.
     load_on_springs: Option<Vec<f64>>,
@@ -138,10 +138,10 @@ impl State {
 }
 
 impl Linear {
-    /// The step for a change `x` of the natural coordinates and a change of the load factor, to first order.
+    /// The step for a change `x` of the normalised coordinates and a change of the load factor, to first order.
     pub(super) fn step(&self, x: &[f64], load_factor: f64) -> Step {
-        let forces = self.springs.as_ref().map(|springs| self.natural.change_of_forces(springs, x));
-        let mut scaled = self.natural.coordinates(x);
+        let forces = self.springs.as_ref().map(|springs| self.normalised.change_of_forces(springs, x));
+        let mut scaled = self.normalised.coordinates(x);
         scaled.push(load_factor);
         Step { scaled, forces: self.with_load(forces, load_factor) }
     }
@@ -184,7 +184,7 @@ impl<'a> Equations<'a> {
         let mut sizes = vec![0.0; n];
         model.sizes(near, &mut sizes);
         let rest = vec![0.0; n];
-        let material = (model.facts().springs > 0).then(|| natural::material(model, &rest, &sizes));
+        let material = (model.facts().springs > 0).then(|| normalised::material(model, &rest, &sizes));
         let (counters, elastic) = (Counters::default(), rest.clone());
         Self {
             model,
@@ -258,10 +258,10 @@ impl<'a> Equations<'a> {
     pub(super) fn state(&mut self, q: Vec<f64>, load_factor: f64) -> Result<State, Interrupted> {
         let mut state = State { q, load_factor, forces: Vec::new() };
         self.growth.set(self.model, load_factor)?;
-        if let Some(own) = natural::linearised(self.model, &state.q, &self.sizes) {
+        if let Some(own) = normalised::linearised(self.model, &state.q, &self.sizes) {
             state.forces.clone_from(&own.forces);
             if let Some(linear) = self.linearise(&state)? {
-                state.forces = linear.natural.settled(&own, &linear.residual);
+                state.forces = linear.normalised.forces_at_equilibrium(&own, &linear.residual);
             }
         }
         Ok(state)
@@ -306,7 +306,7 @@ impl<'a> Equations<'a> {
             return Ok(None);
         };
         self.growth.set(self.model, state.load_factor + 1.0)?;
-        let there = natural::linearised(self.model, &state.q, &self.sizes);
+        let there = normalised::linearised(self.model, &state.q, &self.sizes);
         self.growth.set(self.model, state.load_factor)?;
         let rates =
             |there: Springs| there.forces.iter().zip(&springs.forces).map(|(to, from)| to - from).collect();
@@ -368,7 +368,7 @@ impl<'a> Equations<'a> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
         self.growth.set(self.model, state.load_factor)?;
-        let springs = natural::linearised(self.model, &state.q, &self.sizes);
+        let springs = normalised::linearised(self.model, &state.q, &self.sizes);
         let held = springs.is_some().then_some(&state.forces[..]);
         self.forces(&state.q, state.load_factor, held, &mut residual, &mut load)?;
         let residual_norm = norm(&residual);
@@ -444,7 +444,7 @@ impl<'a> Equations<'a> {
         let State { q, load_factor, forces } = state;
         let n = q.len();
         self.growth.set(self.model, *load_factor)?;
-        let springs = natural::linearised(self.model, q, &self.sizes);
+        let springs = normalised::linearised(self.model, q, &self.sizes);
         let held = springs.is_some().then_some(&forces[..]);
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
         self.forces(q, *load_factor, held, &mut residual, &mut load)?;
@@ -453,28 +453,28 @@ impl<'a> Equations<'a> {
         let reference = || {
             let forces: Vec<f64> =
                 load.iter().zip(&residual).map(|(l, r): (&f64, &f64)| l.abs().max(r.abs())).collect();
-            natural::reference(material, &tangent, &forces, &self.model.facts().parts)
+            normalised::reference(material, &tangent, &forces, &self.model.facts().parts)
         };
         if matches!(self.growth, Growth::Inputs(_)) && self.reference.is_none() {
             self.reference = Some(reference());
         }
         let fallback = || self.reference.clone().unwrap_or_else(reference);
         let is_finite = tangent.iter().chain(&residual).chain(&load).all(|x| x.is_finite());
-        let natural = if is_finite { Natural::new(material, springs.as_ref(), fallback) } else { None };
+        let normalised = if is_finite { Normalised::new(material, springs.as_ref(), fallback) } else { None };
         let load_on_springs = self.load_on_springs(state, springs.as_ref())?;
-        Ok(natural.map(|natural| Linear {
+        Ok(normalised.map(|normalised| Linear {
             residual_norm: norm(&residual),
-            residual: natural.residual(&residual, springs.as_ref(), forces),
+            residual: normalised.residual(&residual, springs.as_ref(), forces),
             load: match (&load_on_springs, &springs) {
                 (Some(rates), Some(springs)) => {
                     let rated = Springs { forces: rates.clone(), ..springs.clone() };
-                    natural.residual(&load, Some(&rated), &vec![0.0; rates.len()])
+                    normalised.residual(&load, Some(&rated), &vec![0.0; rates.len()])
                 }
-                _ => natural.forces(&load),
+                _ => normalised.forces(&load),
             },
             load_on_springs,
-            tangent: natural.tangent(&tangent, springs.as_ref()),
-            natural,
+            tangent: normalised.tangent(&tangent, springs.as_ref()),
+            normalised,
             springs,
         }))
     }
@@ -488,13 +488,13 @@ impl<'a> Equations<'a> {
         const SHORTEST: f64 = 1e-10;
         let Some(material) = &self.material else { return };
         for _ in 0..iterations {
-            let Some(springs) = natural::linearised(self.model, &state.q, &self.sizes) else { return };
-            let work = natural::work_of_loads(self.model, &state.q, &self.sizes);
-            let reference = || natural::reference(material, material, &work, &self.model.facts().parts);
-            let Some(natural) = Natural::new(material, Some(&springs), reference) else {
+            let Some(springs) = normalised::linearised(self.model, &state.q, &self.sizes) else { return };
+            let work = normalised::work_of_loads(self.model, &state.q, &self.sizes);
+            let reference = || normalised::reference(material, material, &work, &self.model.facts().parts);
+            let Some(normalised) = Normalised::new(material, Some(&springs), reference) else {
                 return;
             };
-            let step = natural.coordinates(&natural.restoring(&springs, &state.forces));
+            let step = normalised.coordinates(&normalised.restoring(&springs, &state.forces));
             let length = norm(&step);
             let part = (LONGEST / length).min(1.0);
             for ((q, step), size) in state.q.iter_mut().zip(&step).zip(&self.sizes) {

@@ -5,7 +5,7 @@
 //! section 17.1). The last search uses the contacts of the model, so that its result is an equilibrium of these; the soft contacts only
 //! determine its start.
 
-use crate::analysis::natural;
+use crate::analysis::normalised;
 use crate::model::{Static, chart};
 use crate::numerics::linalg::Matrix;
 
@@ -90,7 +90,7 @@ fn forces_on_contacts(model: &mut dyn Static, q: &[f64]) -> Vec<f64> {
     for mut column in loads.column_iter_mut() {
         chart::forces(&model.facts().rotation_vectors, q, column.as_mut_slice());
     }
-    let material = natural::material(model, &vec![0.0; n], &vec![1.0; n]);
+    let material = normalised::material(model, &vec![0.0; n], &vec![1.0; n]);
     let shifts = model.shifts_of_contact(q);
     let work = |k: usize| {
         let bent = if model.facts().turns[k] { material[(k, k)].abs() * sizes[k] } else { 0.0 };

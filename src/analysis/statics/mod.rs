@@ -53,7 +53,7 @@ use descent::Descent;
 use equations::{Equations, State};
 use growth::Growth;
 use halted::{Halted, Reached};
-use path::{Course, End, Follower};
+use path::{End, Follower, PathLimits};
 use search::Ended;
 use stability::Stiffness;
 
@@ -210,7 +210,7 @@ fn follow_along(
     near: Vec<f64>,
     options: &ContinuationOptions,
 ) -> Result<(Status, f64), Interrupted> {
-    let course = Course {
+    let limits = PathLimits {
         bounds: options.bounds,
         stops: vec![options.bounds[1]],
         max_step: options.max_step,
@@ -218,7 +218,7 @@ fn follow_along(
         tolerance: options.tol,
     };
     let start = equations.state(near, options.load_factor)?;
-    let mut follower = Follower::new(equations, course);
+    let mut follower = Follower::new(equations, limits);
     let end = follow_from(&mut follower, start, options);
     *path = follower.path;
     end
@@ -232,15 +232,15 @@ fn follow_from(
     let mut place = follower.start(start.clone(), options.direction.as_deref())?;
     if place.is_none() && options.q0.is_none() && follower.flaw.is_none() {
         // Newton's method alone does not find springs at rest beyond stops, from before these.
-        let mut settled = start;
+        let mut state = start;
         let max_iter = Options::default().max_iter;
-        let ended = descent::descend(follower.equations, &mut settled, options.tol, max_iter)?;
+        let ended = descent::descend(follower.equations, &mut state, options.tol, max_iter)?;
         if matches!(ended, Descent::Converged { .. }) {
-            place = follower.start(settled, options.direction.as_deref())?;
+            place = follower.start(state, options.direction.as_deref())?;
         }
     }
     Ok(match place {
-        None => (follower.flaw.map_or(Status::NoStart, Status::Flawed), options.load_factor),
+        None => (follower.flaw.map_or(Status::NoStart, Status::Invalid), options.load_factor),
         Some(mut place) => {
             let end = follower.follow(&mut place)?;
             (Status::of_continuation(end), place.state.load_factor)
@@ -254,7 +254,7 @@ impl Status {
             End::UpperBound | End::LowerBound => Self::Finished,
             End::StepTooSmall => Self::StepTooSmall,
             End::TooManySteps => Self::TooManySteps,
-            End::Flawed(flaw) => Self::Flawed(flaw),
+            End::Invalid(flaw) => Self::Invalid(flaw),
         }
     }
 }
@@ -298,7 +298,7 @@ fn load(
     let released =
         release(model, &state.q, options, true, &mut *monitor).map_err(|halted| halted.along(&path))?;
     if released.status.is_success() {
-        let status = if end == End::UpperBound { Status::Converged } else { Status::LetGo };
+        let status = if end == End::UpperBound { Status::Converged } else { Status::Released };
         let message = outcome::message(model, status, reached, options.stability, released.verdict, &path);
         return Ok(Equilibrium { status, message, path, counters: counters + released.counters, ..released });
     }
@@ -338,7 +338,7 @@ fn follow_loads(
     stops: &[f64],
     options: &Options,
 ) -> Result<Option<Followed>, Halted> {
-    let course = Course {
+    let limits = PathLimits {
         bounds: [f64::NEG_INFINITY, 1.0],
         stops: stops.to_vec(),
         max_step: f64::INFINITY,
@@ -346,7 +346,7 @@ fn follow_loads(
         tolerance: options.tol,
     };
     let start = equations.state(vec![0.0; equations.n()], 0.0)?;
-    let mut follower = Follower::new(equations, course);
+    let mut follower = Follower::new(equations, limits);
     let Some(mut place) = follower.start(start, None)? else { return Ok(None) };
     let followed = follower.follow(&mut place);
     let path = follower.path;
@@ -374,11 +374,11 @@ fn release(
     let mut tried = Counters::default();
     if is_stable && model.facts().springs > 0 {
         // For large turns, the second derivatives of supports' moments differ from those that the search assumes.
-        let laid = without_potential(model, q0, options, &mut *monitor)?;
-        if laid.status.is_success() {
-            return Ok(laid);
+        let descended = without_potential(model, q0, options, &mut *monitor)?;
+        if descended.status.is_success() {
+            return Ok(descended);
         }
-        tried = laid.counters;
+        tried = descended.counters;
     }
     if is_stable && model.facts().has_tendon_friction && !model.facts().is_one_sided {
         return without_potential(model, q0, options, monitor);
@@ -392,12 +392,12 @@ fn release(
         Ended::IterationLimit => Status::IterationLimit,
         Ended::Stalled => Status::Stalled,
         Ended::Unheld => Status::Unheld,
-        Ended::Flawed(flaw) => Status::Flawed(flaw),
+        Ended::Invalid(flaw) => Status::Invalid(flaw),
         Ended::NonFinite => Status::NonFinite,
         Ended::WithoutPotential => {
-            let mut laid = without_potential(model, &q, options, monitor)?;
-            laid.counters = counters + laid.counters;
-            return Ok(laid);
+            let mut descended = without_potential(model, &q, options, monitor)?;
+            descended.counters = counters + descended.counters;
+            return Ok(descended);
         }
     };
     if model.facts().is_one_sided {
@@ -425,8 +425,8 @@ fn without_potential(
     until_balanced(model, q0, monitor, |model, q, monitor| {
         let has_contact = model.facts().has_contact;
         let of = |equations: &mut Equations<'_>| match has_contact {
-            true => lay(equations, q, options),
-            false => let_go(equations, q, options),
+            true => descend_onto_surfaces(equations, q, options),
+            false => descend_from(equations, q, options),
         };
         if model.facts().constraints() == 0 {
             return of(&mut judging(model, q, options, monitor));
@@ -510,8 +510,8 @@ fn near(
 }
 
 /// Number of descent iterations before Newton's method is tried, and the factor between successive tries.
-const FIRST_LEG: usize = 50;
-const LONGER_LEG: usize = 4;
+const FIRST_TRY: usize = 50;
+const LONGER_TRY: usize = 4;
 
 /// Newton's result counts as the equilibrium of the descent if it is no farther away than this, in scaled
 /// coordinates.
@@ -521,21 +521,25 @@ const NEARBY: f64 = 0.1;
 /// a body lies, descent alone is slow. If the descent stalls, as it can at kinks when work is computed from
 /// forces, it is repeated with the energies of overlaps, which handle kinks but are consistent with the
 /// forces only up to the error of their integrals.
-fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+fn descend_onto_surfaces(
+    equations: &mut Equations<'_>,
+    q0: &[f64],
+    options: &Options,
+) -> Result<Equilibrium, Halted> {
     let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
     let mut first = None;
     for knows_overlaps in [false, true] {
         equations.knows_overlaps = knows_overlaps;
-        let (mut q, mut left, mut leg) = (q0.to_vec(), options.max_iter, FIRST_LEG);
+        let (mut q, mut left, mut length) = (q0.to_vec(), options.max_iter, FIRST_TRY);
         loop {
-            let max_iter = leg.min(left);
-            let laid = let_go(equations, &q, &Options { max_iter, ..options.clone() })?;
-            if has_ended(&laid) {
-                return Ok(laid);
+            let max_iter = length.min(left);
+            let descended = descend_from(equations, &q, &Options { max_iter, ..options.clone() })?;
+            if has_ended(&descended) {
+                return Ok(descended);
             }
-            let nearby = newton(equations, &laid.q, options)?;
+            let nearby = newton(equations, &descended.q, options)?;
             let moved =
-                nearby.q.iter().zip(&laid.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
+                nearby.q.iter().zip(&descended.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
             let is_near = norm(&moved.collect::<Vec<_>>()) <= NEARBY;
             // Other equilibria are left to the descent.
             let mut is_free = || -> Result<bool, Interrupted> {
@@ -543,14 +547,14 @@ fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<E
                 let verdict = equations.verdict(&state)?;
                 Ok(verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral))
             };
-            let is_at_end = laid.status == Status::Stalled || max_iter == left;
+            let is_at_end = descended.status == Status::Stalled || max_iter == left;
             if nearby.status.is_success() && (is_at_end || is_near && is_free()?) {
                 return Ok(nearby);
             }
-            (left, leg) = (left - max_iter, LONGER_LEG * leg);
-            q.copy_from_slice(&laid.q);
+            (left, length) = (left - max_iter, LONGER_TRY * length);
+            q.copy_from_slice(&descended.q);
             if is_at_end {
-                first.get_or_insert(laid);
+                first.get_or_insert(descended);
                 break;
             }
         }
@@ -559,7 +563,7 @@ fn lay(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<E
 }
 
 /// Descent from a shape.
-fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+fn descend_from(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
     let mut state = equations.state(q0.to_vec(), 1.0)?;
     let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)
         .map_err(|Interrupted| Halted::at(&state, &Path::default(), equations))?;
@@ -567,7 +571,7 @@ fn let_go(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
         Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
         Descent::Stalled => (Status::Stalled, f64::NAN, f64::NAN),
-        Descent::Flawed(flaw) => (Status::Flawed(flaw), f64::NAN, f64::NAN),
+        Descent::Invalid(flaw) => (Status::Invalid(flaw), f64::NAN, f64::NAN),
         Descent::NonFinite => (Status::NonFinite, f64::NAN, f64::NAN),
     };
     judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
@@ -714,7 +718,7 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     if status.is_success()
         && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.deep_penetration(&state.q))
     {
-        status = Status::Flawed(flaw);
+        status = Status::Invalid(flaw);
     }
     let linear = equations.linearise(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?;
     let stiffness = linear.as_ref().map(Stiffness::new);

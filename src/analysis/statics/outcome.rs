@@ -12,7 +12,7 @@ pub enum Status {
     /// Equilibrium under the full load.
     Converged,
     /// In equilibrium under the full load, after the load path ended early and the model was released there.
-    LetGo,
+    Released,
     /// A continuation reached one of its bounds.
     Finished,
     /// There is no equilibrium close to the start.
@@ -30,7 +30,7 @@ pub enum Status {
     /// Forces or stiffnesses are not finite.
     NonFinite,
     /// The equilibrium, or the next point of the path, is an invalid shape.
-    Flawed(Flaw),
+    Invalid(Flaw),
     /// Newton's method from the start failed.
     Newton(roots::Status),
     /// The monitor asked to stop.
@@ -40,14 +40,14 @@ pub enum Status {
 impl Status {
     /// True if the requested equilibrium or path was found.
     pub fn is_success(self) -> bool {
-        matches!(self, Self::Converged | Self::LetGo | Self::Finished)
+        matches!(self, Self::Converged | Self::Released | Self::Finished)
     }
 
     /// Stable name in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Converged => "converged",
-            Self::LetGo => "let_go",
+            Self::Released => "let_go",
             Self::Finished => "finished",
             Self::NoStart => "no_start",
             Self::StepTooSmall => "step_too_small",
@@ -56,11 +56,11 @@ impl Status {
             Self::Stalled => "stalled",
             Self::Unheld => "unheld",
             Self::NonFinite => "non_finite",
-            Self::Flawed(Flaw::Unresolved { .. }) => "unresolved",
-            Self::Flawed(Flaw::Inverted { .. }) => "inverted",
-            Self::Flawed(Flaw::Collapsed { .. }) => "collapsed",
-            Self::Flawed(Flaw::Open { .. }) => "loop_open",
-            Self::Flawed(Flaw::Sunk { .. }) => "sunk",
+            Self::Invalid(Flaw::Unresolved { .. }) => "unresolved",
+            Self::Invalid(Flaw::Inverted { .. }) => "inverted",
+            Self::Invalid(Flaw::Collapsed { .. }) => "collapsed",
+            Self::Invalid(Flaw::Open { .. }) => "loop_open",
+            Self::Invalid(Flaw::Sunk { .. }) => "sunk",
             Self::Newton(status) => status.name(),
             Self::Interrupted => "interrupted",
         }
@@ -70,7 +70,7 @@ impl Status {
     fn message(self, load_factor: f64, has_rods: bool) -> String {
         match self {
             Self::Converged => "The forces are in equilibrium.".to_owned(),
-            Self::LetGo => format!(
+            Self::Released => format!(
                 "The forces are in equilibrium. The load path ended at load factor {load_factor:.6}, where the model \
                  was released and came to rest; slow loading need not lead to this shape."
             ),
@@ -106,7 +106,7 @@ impl Status {
                              equilibrium that way. Hold it by a joint, a support, a tendon or a contact; `q` is the last shape."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
-            Self::Flawed(flaw) => {
+            Self::Invalid(flaw) => {
                 let cure = match flaw {
                     Flaw::Unresolved { shortage } => {
                         format!("Give the segment more `nodes`{}", at_least(shortage))

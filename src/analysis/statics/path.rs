@@ -83,7 +83,7 @@ const SAME: f64 = 1e-5;
 
 /// Limits of a path.
 #[derive(Clone, Debug)]
-pub(super) struct Course {
+pub(super) struct PathLimits {
     /// Load factors at which the path ends.
     pub(super) bounds: [f64; 2],
     /// Increasing load factors, up to and including the upper bound, at which a step must end.
@@ -156,7 +156,7 @@ pub(super) enum End {
     StepTooSmall,
     TooManySteps,
     /// Further equilibria are invalid shapes.
-    Flawed(Flaw),
+    Invalid(Flaw),
 }
 
 /// Last equilibrium of a path.
@@ -173,7 +173,7 @@ pub(super) struct Place {
 pub(super) struct Follower<'a, 'b> {
     pub(super) equations: &'a mut Equations<'b>,
     pub(super) path: Path,
-    course: Course,
+    limits: PathLimits,
     is_branch: bool,
     /// Scaled derivative of the coordinates with respect to the load factor at the start.
     compliance: f64,
@@ -184,11 +184,11 @@ pub(super) struct Follower<'a, 'b> {
 }
 
 impl<'a, 'b> Follower<'a, 'b> {
-    pub(super) fn new(equations: &'a mut Equations<'b>, course: Course) -> Self {
+    pub(super) fn new(equations: &'a mut Equations<'b>, limits: PathLimits) -> Self {
         Self {
             equations,
             path: Path::default(),
-            course,
+            limits,
             is_branch: false,
             compliance: 0.0,
             flaw: None,
@@ -210,10 +210,10 @@ impl<'a, 'b> Follower<'a, 'b> {
         let Some(mut linear) = self.equations.linearise(&start)? else { return Ok(None) };
         let residual_norm = linear.residual_norm;
         let mut corrected = Corrected { rate: 0.0, step_norm: 0.0, residual_norm };
-        let tolerance = self.course.tolerance;
+        let tolerance = self.limits.tolerance;
         // At the start of a branch the tangent is singular; do not correct a state that is in equilibrium
         // already.
-        if norm_inf(&linear.natural.coordinates(&linear.residual)) > tolerance {
+        if norm_inf(&linear.normalised.coordinates(&linear.residual)) > tolerance {
             let load_factor = start.load_factor;
             match self.land_switched(&mut start, load_factor)? {
                 Some(done) => corrected = done,
@@ -251,15 +251,15 @@ impl<'a, 'b> Follower<'a, 'b> {
         Ok(Some(place))
     }
 
-    /// Follows the path from a place to the end of its course, and updates the place.
+    /// Follows the path from a place to the end of its limits, and updates the place.
     pub(super) fn follow(&mut self, place: &mut Place) -> Result<End, Interrupted> {
         let mut step = if self.is_branch { FIRST_STEP_OF_BRANCH } else { f64::INFINITY };
-        for _ in 0..self.course.max_steps {
+        for _ in 0..self.limits.max_steps {
             let target = self.target(place);
             loop {
                 let rate = place.direction.load_factor();
                 let to_target = (target - place.state.load_factor) / rate;
-                let mut longest = step.min(self.course.max_step);
+                let mut longest = step.min(self.limits.max_step);
                 if self.is_winding {
                     longest = longest.min(self.longest_turn(place));
                 }
@@ -277,7 +277,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                 }
                 step = length * CUT;
                 match self.flaw {
-                    Some(flaw) if step < SHORTEST_STEP_TO_FLAW => return Ok(End::Flawed(flaw)),
+                    Some(flaw) if step < SHORTEST_STEP_TO_FLAW => return Ok(End::Invalid(flaw)),
                     None if step < SHORTEST_STEP => match self.step_over_corner(place)? {
                         Some(next) => {
                             step = FIRST_STEP_OF_BRANCH;
@@ -291,7 +291,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
             self.fold(place)?;
             self.record(place)?;
-            let [lower, upper] = self.course.bounds;
+            let [lower, upper] = self.limits.bounds;
             if place.state.load_factor >= upper {
                 return Ok(End::UpperBound);
             }
@@ -329,10 +329,10 @@ impl<'a, 'b> Follower<'a, 'b> {
     fn target(&self, place: &Place) -> f64 {
         let load_factor = &place.state.load_factor;
         if place.direction.load_factor() < 0.0 {
-            return self.course.bounds[0];
+            return self.limits.bounds[0];
         }
-        let next = self.course.stops.iter().find(|stop| **stop > *load_factor);
-        next.copied().unwrap_or(self.course.bounds[1])
+        let next = self.limits.stops.iter().find(|stop| **stop > *load_factor);
+        next.copied().unwrap_or(self.limits.bounds[1])
     }
 
     /// Makes a step of this length, or to the load factor of `landing`. `None` if the step must be shortened.
@@ -355,7 +355,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let corrected = match landing {
             Some(target) => self.land(&mut state, target)?.filter(|_| is_near(&state)),
             None => {
-                let tolerance = self.course.tolerance;
+                let tolerance = self.limits.tolerance;
                 let along = correct(self.equations, &mut state, &place.direction.scaled, tolerance)?;
                 let along = along.filter(|_| is_near(&state));
                 match (along, self.passed(place, &state)) {
@@ -429,7 +429,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         state.load_factor = target;
         let mut at_load_factor = vec![0.0; state.q.len() + 1];
         at_load_factor[state.q.len()] = 1.0;
-        correct(self.equations, state, &at_load_factor, self.course.tolerance)
+        correct(self.equations, state, &at_load_factor, self.limits.tolerance)
     }
 
     /// The same with the set of active one-sided constraints at `target`.
@@ -446,8 +446,8 @@ impl<'a, 'b> Follower<'a, 'b> {
     /// Load factor between a place and a state at which the path must stop.
     fn passed(&self, place: &Place, state: &State) -> Option<f64> {
         let (from, to) = (place.state.load_factor, state.load_factor);
-        let stop = self.course.stops.iter().find(|stop| from < **stop && **stop < to);
-        stop.copied().or((to < self.course.bounds[0]).then_some(self.course.bounds[0]))
+        let stop = self.limits.stops.iter().find(|stop| from < **stop && **stop < to);
+        stop.copied().or((to < self.limits.bounds[0]).then_some(self.limits.bounds[0]))
     }
 
     /// Equilibrium at the fraction t between two places.
@@ -459,7 +459,7 @@ impl<'a, 'b> Follower<'a, 'b> {
     ) -> Result<Option<(State, Linear, Stiffness)>, Interrupted> {
         let mut state = from.state.clone();
         state.advance(whole, t, &self.equations.sizes);
-        let tolerance = self.course.tolerance;
+        let tolerance = self.limits.tolerance;
         let corrected = correct_held(self.equations, &mut state, &from.direction.scaled, tolerance)?;
         let linear = if corrected.is_some() { self.equations.linearise(&state)? } else { None };
         Ok(linear.map(|linear| {

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::equations::Linear;
-use crate::analysis::natural::Natural;
+use crate::analysis::normalised::Normalised;
 use crate::numerics::linalg::symmetric_part;
 use crate::numerics::linalg::{Complex, Matrix, eigenvalues, symmetric_eigen, symmetric_eigenvalues};
 
@@ -23,12 +23,12 @@ fn is_symmetric(a: &Matrix) -> bool {
     (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
 }
 
-/// Tangent stiffness in natural coordinates, relative to that of material and springs: all eigenvalues are
+/// Tangent stiffness in normalised coordinates, relative to that of material and springs: all eigenvalues are
 /// one without load, and one of them is zero at a critical point.
 #[derive(Clone, Debug)]
 pub(super) struct Stiffness {
     relative: Matrix,
-    natural: Natural,
+    normalised: Normalised,
     /// Eigenvalues in increasing order of their real parts. They change continuously along a path, including
     /// multiple ones.
     eigenvalues: Vec<Complex>,
@@ -51,7 +51,7 @@ impl Stiffness {
             })
         };
         let eigenvalues = eigenvalues.unwrap_or_default();
-        Self { relative, natural: linear.natural.clone(), eigenvalues, lowest }
+        Self { relative, normalised: linear.normalised.clone(), eigenvalues, lowest }
     }
 
     /// Indices of the eigenvalues whose real parts change sign between this tangent and another one.
@@ -72,7 +72,7 @@ impl Stiffness {
     }
 
     /// Scaled directions of the m smallest stiffnesses, each with norm one, and whether the load `load`
-    /// (natural) acts in one of them, as at limit points but not at bifurcations.
+    /// (normalised) acts in one of them, as at limit points but not at bifurcations.
     pub(super) fn softest(&self, m: usize, load: &[f64]) -> Option<(Vec<Vec<f64>>, bool)> {
         let n = load.len();
         let (_, right) = symmetric_eigen(&(self.relative.transpose() * &self.relative))?;
@@ -83,8 +83,8 @@ impl Stiffness {
             along.abs() > ORTHOGONAL * size
         });
         let directions = (0..m).map(|k| {
-            let natural: Vec<f64> = right.column(k).iter().copied().collect();
-            let mut direction = self.natural.coordinates(&natural);
+            let normalised: Vec<f64> = right.column(k).iter().copied().collect();
+            let mut direction = self.normalised.coordinates(&normalised);
             let norm = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
             // The sign of an eigenvector is arbitrary: make the largest entry positive.
             let largest = direction.iter().fold(0.0_f64, |m, x| if x.abs() > m.abs() { *x } else { m });

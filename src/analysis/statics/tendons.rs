@@ -14,7 +14,7 @@ pub struct Tendons {
     /// length.
     pub slack: Vec<String>,
     /// Tendons with a negative tension command, and the commanded tension.
-    pub told_to_push: Vec<(String, f64)>,
+    pub commanded_to_push: Vec<(String, f64)>,
     /// Tendons whose friction is ignored at rest, because they have no direction of sliding.
     pub without_friction: Vec<String>,
 }
@@ -38,9 +38,9 @@ impl Tendons {
             let Actuator::Tendon(Tendon { name, drive, friction, sliding, .. }) = actuator else { continue };
             match drive {
                 Drive::Tension(tension) => {
-                    let told = value(tension)?;
-                    if told < 0.0 {
-                        found.told_to_push.push((name.clone(), told));
+                    let commanded = value(tension)?;
+                    if commanded < 0.0 {
+                        found.commanded_to_push.push((name.clone(), commanded));
                         found.slack.push(name.clone());
                     }
                 }
@@ -72,7 +72,7 @@ impl Tendons {
         if !self.slack.is_empty() {
             message += &format!(" Slack: {}.", quoted(self.slack.iter()));
         }
-        for (name, tension) in &self.told_to_push {
+        for (name, tension) in &self.commanded_to_push {
             message += &format!(" The commanded tension of '{name}' is {tension} N: a tendon never pushes.");
         }
         if !self.without_friction.is_empty() {
@@ -152,10 +152,10 @@ mod tests {
 
     #[test]
     fn what_no_tendon_can_is_said_with_its_number() {
-        let told = || vec![tendon("push", Drive::Tension(input("push", 0.5)), 0.0, None)];
-        assert_eq!(of(told(), 0.0, None), Tendons::default());
-        let found = of(told(), 0.0, Some(&[-2.5]));
-        assert_eq!(found.told_to_push, [("push".to_owned(), -2.5)]);
+        let commanded = || vec![tendon("push", Drive::Tension(input("push", 0.5)), 0.0, None)];
+        assert_eq!(of(commanded(), 0.0, None), Tendons::default());
+        let found = of(commanded(), 0.0, Some(&[-2.5]));
+        assert_eq!(found.commanded_to_push, [("push".to_owned(), -2.5)]);
         assert_eq!(found.slack, ["push"]);
         let message = found.message();
         assert!(message.contains("The commanded tension of 'push' is -2.5 N"), "{message}");

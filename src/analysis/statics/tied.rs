@@ -51,7 +51,7 @@ pub(super) fn judged(
         return found;
     }
     let status = match model.open_loop(&found.q) {
-        Some(flaw) => Status::Flawed(flaw),
+        Some(flaw) => Status::Invalid(flaw),
         None if search::is_open(model, &found.q) || search::multipliers_are_rounding(model, &found.q) => {
             Status::Stalled
         }
@@ -76,7 +76,7 @@ pub(super) fn judged(
     Equilibrium { status, message, verdict, lowest, ..found }
 }
 
-/// The smallest eigenvalue of a stiffness in natural coordinates, of motions that keep the loops closed: one where nothing can
+/// The smallest eigenvalue of a stiffness in normalised coordinates, of motions that keep the loops closed: one where nothing can
 /// move.
 pub(super) fn lowest(motions: &SmallMotions) -> Option<f64> {
     let values = symmetric_eigenvalues(&symmetric_part(&motions.stiffness))?;

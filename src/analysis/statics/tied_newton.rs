@@ -211,7 +211,7 @@ impl Approached {
 }
 
 /// Stability against disturbances that satisfy the constraints, if requested, and the smallest eigenvalue of the constrained
-/// stiffness in natural coordinates: one where nothing can move. `None` if loads have no potential or a number is not finite.
+/// stiffness in normalised coordinates: one where nothing can move. `None` if loads have no potential or a number is not finite.
 fn verdict(
     model: &mut dyn Static,
     q: &[f64],

@@ -332,7 +332,7 @@ mod tests {
                     assert!((found.first.value[0] - velocity).abs() < 1e-5, "{at} {t}: {found:?}");
                     let acceleration = if is_still { 0.0 } else { 0.1 * (6.0 - 12.0 * s) / 0.25 };
                     let [second, jump] = [found.second.value[0], 2.4];
-                    // Between both sides where it cannot be told on which one the time is.
+                    // Between the values of both sides if rounding decides on which side the time is.
                     let slack = if off < 1e-6 { jump + 1e-3 } else { 0.02 };
                     assert!((second - acceleration).abs() < slack, "{at} {t}: {second} {acceleration}");
                 }
@@ -359,10 +359,10 @@ mod tests {
                         let motion = |t: f64| stroke * start(((t - at) / duration).clamp(0.0, 1.0));
                         let (found, _) = of(at, motion);
                         let [first, second] = [found.first, found.second].map(|estimate| estimate.value[0]);
-                        let told = format!("{name} of {stroke} in {duration} s from {at} s: {found:?}");
-                        assert!(found.are_known, "{told}");
-                        assert!(first.abs() <= 1e-3 * stroke / duration, "{told}");
-                        assert!(second.abs() <= 1e-2 * stroke / duration / duration, "{told}");
+                        let shown = format!("{name} of {stroke} in {duration} s from {at} s: {found:?}");
+                        assert!(found.are_known, "{shown}");
+                        assert!(first.abs() <= 1e-3 * stroke / duration, "{shown}");
+                        assert!(second.abs() <= 1e-2 * stroke / duration / duration, "{shown}");
                     }
                 }
             }

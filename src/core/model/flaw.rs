@@ -35,7 +35,7 @@ pub enum Flaw {
     /// A closed loop is open, or an inextensible tendon is longer than commanded.
     Open {
         /// The violated constraint.
-        held: Holder,
+        held: Constraint,
         /// Size of the gap: metres, or a difference of cosines.
         gap: f64,
     },
@@ -50,7 +50,7 @@ pub enum Flaw {
 
 /// A constraint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Holder {
+pub enum Constraint {
     /// A loop, by its index in the model.
     Loop(usize),
     /// An inextensible tendon, by its index among the actuators.
@@ -70,10 +70,10 @@ impl std::fmt::Display for Flaw {
             Self::Collapsed { actuator } => {
                 write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
             }
-            Self::Open { held: Holder::Loop(closed), gap } => {
+            Self::Open { held: Constraint::Loop(closed), gap } => {
                 write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
             }
-            Self::Open { held: Holder::Tendon(actuator), gap } => {
+            Self::Open { held: Constraint::Tendon(actuator), gap } => {
                 write!(f, "has a tendon that is too long: actuators[{actuator}] by {} m", Rounded(gap))
             }
             Self::Sunk { contact, overlap } => {

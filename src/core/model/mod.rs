@@ -42,7 +42,7 @@ pub use energy::Energy;
 pub use facts::Facts;
 #[doc(hidden)]
 pub use flaw::at_least;
-pub use flaw::{Flaw, Holder, Radius};
+pub use flaw::{Constraint, Flaw, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub(crate) use in_contact::REACHED;
 pub use in_contact::{InContact, InImpact, Overlap, Reached};

@@ -9,9 +9,9 @@ pub enum Switch {
     /// No change: all multipliers and gaps have admissible signs.
     Nothing,
     /// One constraint was released.
-    LetGo,
+    Released,
     /// Some constraints became active.
-    TakenUp,
+    Activated,
 }
 
 /// Constraints on the coordinates of a model: m equations `g(q, t) = 0` with multipliers in `tau + G^T lambda

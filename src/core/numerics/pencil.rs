@@ -78,7 +78,7 @@ impl Eigenpairs {
         self
     }
 
-    /// Whether an eigenvalue is zero as far as its bound tells.
+    /// Whether an eigenvalue may be zero within its bound.
     pub fn is_neutral(&self, k: usize) -> bool {
         self.values[k].abs() <= self.bounds[k]
     }

@@ -24,7 +24,7 @@ struct Reduction {
     /// The inverse map; for dependent coordinates, the number of independent ones before them.
     before: Vec<usize>,
     multiples: Vec<Multiple>,
-    given: Vec<Given>,
+    prescribed: Vec<Prescribed>,
     varies_in_time: bool,
     time: f64,
     /// How prescribed motions are evaluated.
@@ -47,7 +47,7 @@ struct Multiple {
 
 /// Prescribed coordinates.
 #[derive(Clone, Debug)]
-enum Given {
+enum Prescribed {
     /// A coordinate, or `factor` times the signal plus `offset`.
     Coordinate { place: usize, signal: Smooth<1>, factor: f64, offset: f64 },
     /// The six coordinates of a free joint.
@@ -76,7 +76,7 @@ impl Coordinates {
         let all = before.len();
         let mut reduction = Reduction {
             multiples: Vec::new(),
-            given: Vec::new(),
+            prescribed: Vec::new(),
             varies_in_time: robot
                 .links
                 .iter()
@@ -162,10 +162,10 @@ impl Coordinates {
     /// Appends prescribed coordinates of joints with one, and those of bases that shift, with their first two derivatives.
     pub(crate) fn prescribed(&self, to: &mut Vec<[f64; 3]>) {
         let Some(reduction) = self.0.as_ref().filter(|reduction| reduction.varies_in_time) else { return };
-        for given in &reduction.given {
-            let places = match given {
-                Given::Coordinate { place, .. } => *place..place + 1,
-                Given::Base { first, .. } => *first..first + 3,
+        for coordinate in &reduction.prescribed {
+            let places = match coordinate {
+                Prescribed::Coordinate { place, .. } => *place..place + 1,
+                Prescribed::Base { first, .. } => *first..first + 3,
             };
             to.extend(places.map(|place| [0, 1, 2].map(|order| reduction.offset[order][place])));
         }
@@ -349,14 +349,14 @@ impl Reduction {
             None => {}
             Some(Driven::Base(motion)) => {
                 let motion = MovingBase::new(motion, [0.0; 3], [1.0, 0.0, 0.0, 0.0]);
-                self.given.push(Given::Base { first: place, motion });
+                self.prescribed.push(Prescribed::Base { first: place, motion });
             }
             Some(_) => {
                 let origin = origin(&robot.links, link).expect("a valid robot's mimics end somewhere");
                 let (factor, offset) = (origin.factor, origin.offset);
                 if let Some(Driven::Coordinate(signal)) = &robot.links[origin.link].driven {
                     let signal = Smooth::new(signal);
-                    self.given.push(Given::Coordinate { place, signal, factor, offset });
+                    self.prescribed.push(Prescribed::Coordinate { place, signal, factor, offset });
                 } else {
                     let of = self.before[firsts[origin.link]];
                     self.multiples.push(Multiple { place, of, factor });
@@ -371,11 +371,11 @@ impl Reduction {
         if !self.varies_in_time && self.set_time(0.0).is_ok() {
             return;
         }
-        let Self { given, offset, .. } = self;
-        for given in given.iter() {
-            let places = match given {
-                Given::Coordinate { place, .. } => *place..place + 1,
-                Given::Base { first, .. } => *first..first + 6,
+        let Self { prescribed, offset, .. } = self;
+        for coordinate in prescribed.iter() {
+            let places = match coordinate {
+                Prescribed::Coordinate { place, .. } => *place..place + 1,
+                Prescribed::Base { first, .. } => *first..first + 6,
             };
             for offset in offset.iter_mut() {
                 offset[places.clone()].fill(f64::NAN);
@@ -385,17 +385,17 @@ impl Reduction {
 
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         self.time = f64::NAN;
-        let Self { given, offset, sight, .. } = self;
-        for given in given.iter() {
-            match given {
-                Given::Coordinate { place, signal, factor, offset: constant } => {
+        let Self { prescribed, offset, sight, .. } = self;
+        for coordinate in prescribed.iter() {
+            match coordinate {
+                Prescribed::Coordinate { place, signal, factor, offset: constant } => {
                     let motion = signal.motion(t, *sight)?;
                     for (order, offset) in offset.iter_mut().enumerate() {
                         offset[*place] = factor * motion[order][0];
                     }
                     offset[0][*place] += constant;
                 }
-                Given::Base { first, motion } => {
+                Prescribed::Base { first, motion } => {
                     let motion = motion.coordinates(t, *sight)?;
                     for (offset, motion) in offset.iter_mut().zip(&motion) {
                         offset[*first..first + 6].copy_from_slice(motion);

@@ -5,7 +5,7 @@ use super::driven::Coordinates;
 use super::kernel::{elasticity, sizes};
 use super::sweeps::Sweeps;
 use super::turning::Turning;
-use crate::model::{Facts, Holder};
+use crate::model::{Constraint, Facts};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::contact::Contact;
 
@@ -18,8 +18,8 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         .pick(&mut typical_coordinates, |of_all| elasticity::typical_coordinates(plan, length, of_all));
     let spans = Spans::new(robot);
     let gap_sizes = sizes::of_gaps(plan, |held| match held {
-        Holder::Loop(i) => spans.of_loop(&robot.loops[i]),
-        Holder::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
+        Constraint::Loop(i) => spans.of_loop(&robot.loops[i]),
+        Constraint::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
     });
     let actuators = &plan.effects.actuation.actuators;
     let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());

@@ -50,7 +50,7 @@ pub use crate::robot::explain::{Explanation, Multiplications};
 pub use choice::{Kernel, Solve};
 pub use description::{Driven, Inputs, Link, MAX_COORDINATES, Robot, Rod, described};
 #[doc(hidden)]
-pub use description::{GivenSignal, Origin, Spans, origin};
+pub use description::{Origin, SignalOf, Spans, origin};
 pub use kernel::kinematics::Pose;
 pub use kernel::momentum::Momentum;
 pub use model::RobotModel;

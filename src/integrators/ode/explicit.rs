@@ -20,7 +20,7 @@ use crate::numerics::tape::Tape;
 /// eq. II.10.17).
 const THIRD_ORDER_WEIGHT: f64 = 0.01;
 
-/// Step-size factor after a step that missed something or is flawed.
+/// Step-size factor after a step that missed something or is invalid.
 const MISSED: f64 = 0.5;
 
 /// An explicit pair with its working memory.
@@ -83,7 +83,7 @@ impl Explicit {
         let smallest = state.smallest_step();
         let mut h_abs = if state.h_abs > state.max_step { state.max_step } else { state.h_abs.max(smallest) };
         let mut was_rejected = false;
-        let mut flawed = 0;
+        let mut invalid = 0;
         let mut finite = true;
         loop {
             if h_abs < smallest {
@@ -98,8 +98,8 @@ impl Explicit {
             if error < 1.0 && all_finite(&state.y_new) && all_finite(&self.stages[f_new.clone()]) {
                 let rates = [&state.f[..], &self.stages[f_new.clone()]];
                 let states = [&state.y[..], &state.y_new];
-                if system.is_flawed([state.t, t_new], states, rates, flawed < MOST_UNSOUND)? {
-                    flawed += 1;
+                if system.is_invalid([state.t, t_new], states, rates, invalid < MOST_UNSOUND)? {
+                    invalid += 1;
                     state.counters.rejected += 1;
                     was_rejected = true;
                     h_abs *= MISSED;

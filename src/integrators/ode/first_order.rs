@@ -63,7 +63,7 @@ impl<M: Model> FirstOrder<M> {
             return Ok(true);
         }
         if model.facts().is_one_sided {
-            // Where what is told has a corner, this step fits what is told before.
+            // At a corner of a command, this step uses the command before it.
             model.set_time(t.next_down())?;
         }
         let ((q, v), (velocity, acceleration)) = (y.split_at_mut(*n), dydt.split_at_mut(*n));
@@ -130,7 +130,7 @@ impl<M: Model> System for FirstOrder<M> {
         self.model.horizon(t)
     }
 
-    fn is_flawed(
+    fn is_invalid(
         &mut self,
         t: [f64; 2],
         y: [&[f64]; 2],
@@ -150,7 +150,7 @@ impl<M: Model> System for FirstOrder<M> {
     }
 
     fn jacobian_kind(&self) -> JacobianKind {
-        JacobianKind::Given
+        JacobianKind::Supplied
     }
 
     /// From `tau(q, qd, qdd(q, qd)) = 0`: `dqdd/dq = -M^-1 dtau/dq`, and similarly for qd.

@@ -89,7 +89,7 @@ pub trait System {
 
     /// Whether a step between two times, states and derivatives missed an effect that its error estimate does not show, or, if that
     /// `is_judged`, cannot be correct. Such a step is repeated with half the size.
-    fn is_flawed(
+    fn is_invalid(
         &mut self,
         _t: [f64; 2],
         _y: [&[f64]; 2],
@@ -125,7 +125,7 @@ pub enum JacobianKind {
     #[default]
     Differenced,
     /// Provided by the system.
-    Given,
+    Supplied,
     /// Provided by the system, constant in time and state.
     Constant,
 }

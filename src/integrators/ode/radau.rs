@@ -118,7 +118,7 @@ impl Radau {
                 self.jacobian_is_finite = all_finite(self.jacobian.as_slice());
                 Ok(())
             }
-            JacobianKind::Given | JacobianKind::Differenced => self.evaluate_jacobian(state, system),
+            JacobianKind::Supplied | JacobianKind::Differenced => self.evaluate_jacobian(state, system),
         }
     }
 
@@ -140,7 +140,7 @@ impl Radau {
     ) -> Result<(), Interrupted> {
         match system.jacobian_kind() {
             JacobianKind::Constant => return Ok(()),
-            JacobianKind::Given => system.jacobian(state.t, &state.y, &mut self.jacobian)?,
+            JacobianKind::Supplied => system.jacobian(state.t, &state.y, &mut self.jacobian)?,
             JacobianKind::Differenced => {
                 let place = Place {
                     t: state.t,

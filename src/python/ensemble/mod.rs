@@ -24,7 +24,7 @@ use super::callback::{Raised, with_result};
 use super::errors::{AccuracyWarning, OrRaise as _, raise};
 use super::motion::times;
 use super::rows::{of_row, threads};
-use super::simulate::{GivenOptions, MethodOf, method, needs_damping, with_python_names};
+use super::simulate::{MethodOf, OptionArguments, method, needs_damping, with_python_names};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::Parameters;
 use crate::simulation::ensemble;
@@ -151,7 +151,7 @@ pub(crate) fn simulate_many<'py>(
     let models = Models::of(model)?;
     let first = models.first();
     let (n, inputs) = (first.n(), first.default_inputs().len());
-    let configuration = GivenOptions {
+    let configuration = OptionArguments {
         method,
         dt,
         jac,
@@ -262,7 +262,7 @@ fn run(
         let mut watch = |done: usize| {
             let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
-                progress.tell(py, done)
+                progress.report(py, done)
             }))?;
             if stop { Err(Interrupted) } else { Ok(()) }
         };
@@ -274,7 +274,7 @@ fn run(
     // Runs may have finished since the last report.
     let was_cut = |outcome: &&Outcome| outcome.status.name() != INTERRUPTED;
     let done = ensemble.outcomes.iter().flatten().filter(was_cut).count();
-    let raised = raised.and_then(|()| progress.tell(py, done).map(|_| ()));
+    let raised = raised.and_then(|()| progress.report(py, done).map(|_| ()));
     (ensemble, refused, raised)
 }
 

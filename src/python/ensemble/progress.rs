@@ -1,4 +1,4 @@
-//! Who is told the number of finished runs.
+//! Reports of the number of finished runs.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -37,7 +37,7 @@ impl Progress {
     }
 
     /// Reports progress; returns whether to stop.
-    pub(super) fn tell(&self, py: Python<'_>, done: usize) -> PyResult<bool> {
+    pub(super) fn report(&self, py: Python<'_>, done: usize) -> PyResult<bool> {
         match self {
             Self::Nobody => Ok(false),
             Self::Callable(function) => wants_to_stop(py, call(function.bind(py), (done,))),

@@ -15,7 +15,7 @@ use super::arguments;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, OrRaise as _, check_finite};
-use crate::analysis::reached;
+use crate::analysis::weakly_active;
 use crate::description::signal::covers;
 use crate::model::ForwardScratch;
 use crate::numerics::linalg::Matrix;
@@ -398,7 +398,7 @@ impl PyModel {
         u: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
         let q = self.state(q, "q")?;
-        let mut tangents = self.at(t, u, |memory| reached::tangents(&mut *memory.model, &q))?;
+        let mut tangents = self.at(t, u, |memory| weakly_active::tangents(&mut *memory.model, &q))?;
         for tangent in &tangents {
             check_finite(tangent.as_slice(), "tangent")?;
         }

@@ -220,14 +220,14 @@ impl System for PySystem {
         self.rhs.of_model().map_or(f64::INFINITY, |system| system.horizon(t))
     }
 
-    fn is_flawed(
+    fn is_invalid(
         &mut self,
         t: [f64; 2],
         y: [&[f64]; 2],
         dydt: [&[f64]; 2],
         is_judged: bool,
     ) -> Result<bool, Interrupted> {
-        self.rhs.of_model_mut().map_or(Ok(false), |system| system.is_flawed(t, y, dydt, is_judged))
+        self.rhs.of_model_mut().map_or(Ok(false), |system| system.is_invalid(t, y, dydt, is_judged))
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
@@ -267,7 +267,7 @@ impl System for PySystem {
     fn jacobian_kind(&self) -> JacobianKind {
         match &self.jacobian {
             Jacobian::Differenced => JacobianKind::Differenced,
-            Jacobian::Python(_) | Jacobian::Compiled(..) | Jacobian::Native => JacobianKind::Given,
+            Jacobian::Python(_) | Jacobian::Compiled(..) | Jacobian::Native => JacobianKind::Supplied,
             Jacobian::Constant(_) => JacobianKind::Constant,
         }
     }

@@ -19,7 +19,7 @@ use self::states::At;
 use super::arguments;
 use super::curve::{self, PyCurveResult};
 use super::part::{model_of, new_arguments, resolved};
-use super::reach::{PyReachResult, Wishes};
+use super::reach::{PyReachResult, ReachArguments};
 use super::signal::Functions;
 use crate::python::errors::OrRaise as _;
 use crate::robot::{Kernel, Multiplications, described};
@@ -651,8 +651,8 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_whole::restarts)] restarts: Option<i64>,
     ) -> PyResult<PyReachResult> {
         let weights = [position_weight, orientation_weight];
-        let wishes = Wishes { q0, bounds, prefer, tol, max_iter, restarts };
-        targets::reach(self, link, pose, (X, point), weights, &wishes, t)
+        let arguments = ReachArguments { q0, bounds, prefer, tol, max_iter, restarts };
+        targets::reach(self, link, pose, (X, point), weights, &arguments, t)
     }
 
     /// The coordinates with which a rod follows given points best.
@@ -667,7 +667,7 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         q0: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<PyCurveResult> {
-        let given = curve::Given { points, frames, x: X, link, q0 };
+        let given = curve::CurveArguments { points, frames, x: X, link, q0 };
         curve::coordinates_of(points.py(), self.description(), &given)
     }
 

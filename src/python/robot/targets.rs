@@ -6,7 +6,7 @@ use pyo3::types::PyString;
 
 use super::super::callback::or_raised;
 use super::super::model::{check_time, time_of_state};
-use super::super::reach::{Given, PyReachResult, Wishes, search};
+use super::super::reach::{PoseArguments, PyReachResult, ReachArguments, search};
 use super::class::PyRobot;
 use crate::model::InTime as _;
 
@@ -17,10 +17,10 @@ pub(super) fn reach<'py>(
     pose: Option<&Bound<'py, PyAny>>,
     (x, point): (Option<f64>, Option<&Bound<'py, PyAny>>),
     weights: [Option<&Bound<'py, PyAny>>; 2],
-    wishes: &Wishes<'_, 'py>,
+    arguments: &ReachArguments<'_, 'py>,
     t: Option<f64>,
 ) -> PyResult<PyReachResult> {
-    let single = pose.map(|pose| Given { pose, at: x, point, weights });
+    let single = pose.map(|pose| PoseArguments { pose, at: x, point, weights });
     let of_one = x.is_some() || point.is_some() || weights.iter().any(Option::is_some);
     let is_one = link.is_none() || link.is_instance_of::<PyString>();
     if !is_one && (pose.is_some() || of_one) {
@@ -34,5 +34,5 @@ pub(super) fn reach<'py>(
         check_time(time, robot.span())?;
         or_raised(model.set_time(time))?;
     }
-    search(link.py(), model, link, single.as_ref(), wishes)
+    search(link.py(), model, link, single.as_ref(), arguments)
 }

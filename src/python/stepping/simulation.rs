@@ -14,7 +14,7 @@ use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
-use super::super::simulate::{GivenOptions, MethodOf, method as method_of, needs_damping};
+use super::super::simulate::{MethodOf, OptionArguments, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::integrators::newmark::Parameters;
 use crate::python::errors::OrRaise as _;
@@ -175,7 +175,7 @@ impl PySimulation {
         if let Some(adaptive) = adaptive {
             options.set_item("adaptive", adaptive)?;
         }
-        let given = GivenOptions {
+        let given = OptionArguments {
             method,
             dt,
             jac: None,

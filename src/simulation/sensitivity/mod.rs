@@ -14,7 +14,7 @@
 //! use lissom::newmark;
 //! use lissom::robot::{Rod, RobotModel};
 //! use lissom::rod::Segment;
-//! use lissom::sensitivity::{Course, Parameter, Parameters, Rule, forward};
+//! use lissom::sensitivity::{Trajectory, Parameter, Parameters, Rule, forward};
 //! use lissom::simulate::{Method, simulate};
 //!
 //! let segment = Segment { modes: [0, 3, 0, 0, 0, 0], ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };
@@ -26,10 +26,10 @@
 //!
 //! let a = motion.a.as_ref().expect("implicit methods solve for accelerations");
 //! let rule = Rule::Newmark(options.scheme);
-//! let course = Course { t: &motion.t, q: &motion.q, v: &motion.v, a, rule, intervals: &[] };
+//! let trajectory = Trajectory { t: &motion.t, q: &motion.q, v: &motion.v, a, rule, intervals: &[] };
 //! let dq0 = Matrix::from_column_slice(3, 1, &[1.0, 0.0, 0.0]);
 //! let mut parameters = Parameters { dq0: &dq0, dv0: &Matrix::zeros(3, 1), of: &mut [Parameter::<RobotModel>::Start] };
-//! let [dq, _] = forward(&mut wire, &course, &mut parameters, &mut || Ok(())).expect("regular tangents");
+//! let [dq, _] = forward(&mut wire, &trajectory, &mut parameters, &mut || Ok(())).expect("regular tangents");
 //! let last = motion.q.len() - 3;
 //! let difference = (more.q[last] - less.q[last]) / 2e-3;
 //! assert!((dq[last] - difference).abs() < 1e-4);
@@ -78,7 +78,7 @@ pub enum Rule {
 
 /// A recorded run: m states of n coordinates, one for every accepted step.
 #[derive(Clone, Copy, Debug)]
-pub struct Course<'a> {
+pub struct Trajectory<'a> {
     /// Times, m of them.
     pub t: &'a [f64],
     /// Coordinates, m x n.
@@ -93,7 +93,7 @@ pub struct Course<'a> {
     pub intervals: &'a [Interval],
 }
 
-impl Course<'_> {
+impl Trajectory<'_> {
     /// Time and state with this index.
     fn state(&self, step: usize, n: usize) -> (f64, [&[f64]; 3]) {
         let of = step * n..(step + 1) * n;
@@ -256,16 +256,16 @@ pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<
 /// `monitor` is called after every step and may stop the computation.
 pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
-    course: &Course<'_>,
+    trajectory: &Trajectory<'_>,
     parameters: &mut Parameters<'_, F>,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<[Vec<f64>; 2], Failure> {
-    if let Some(step) = course.turned(model) {
+    if let Some(step) = trajectory.turned(model) {
         return Err(Failure::Turned(step));
     }
-    let Kept(kept) = match course.rule {
-        Rule::Newmark(scheme) => newmark::forward(model, (course, scheme), parameters, monitor),
-        Rule::Radau => radau::forward(model, course, parameters, monitor),
+    let Kept(kept) = match trajectory.rule {
+        Rule::Newmark(scheme) => newmark::forward(model, (trajectory, scheme), parameters, monitor),
+        Rule::Radau => radau::forward(model, trajectory, parameters, monitor),
     }?;
     Ok(kept)
 }
@@ -276,20 +276,20 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
 /// `monitor` is called after every step and may stop the computation.
 pub fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
-    course: &Course<'_>,
+    trajectory: &Trajectory<'_>,
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
     together: &mut Together,
     monitor: &mut dyn FnMut() -> Result<(), Interrupted>,
 ) -> Result<Vec<f64>, Failure> {
-    if let Some(step) = course.turned(model) {
+    if let Some(step) = trajectory.turned(model) {
         return Err(Failure::Turned(step));
     }
-    let mut gradient = match course.rule {
+    let mut gradient = match trajectory.rule {
         Rule::Newmark(scheme) => {
-            newmark::adjoint(model, (course, scheme), weights, parameters, together, monitor)
+            newmark::adjoint(model, (trajectory, scheme), weights, parameters, together, monitor)
         }
-        Rule::Radau => radau::adjoint(model, course, weights, parameters, together, monitor),
+        Rule::Radau => radau::adjoint(model, trajectory, weights, parameters, together, monitor),
     }?;
     together.sections.add_to(&mut gradient);
     together.lengths.add_to(&mut gradient);

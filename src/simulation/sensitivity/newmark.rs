@@ -1,7 +1,7 @@
 //! Derivatives of runs of the Newmark family.
 
 use super::equations::{Equations, Linearised};
-use super::{Course, Failure, Kept, Monitor, Parameters, Together};
+use super::{Failure, Kept, Monitor, Parameters, Together, Trajectory};
 use crate::integrators::newmark::{Scheme, Step};
 use crate::model::Model;
 use crate::numerics::linalg::{Lu, Matrix, Singular};
@@ -18,15 +18,20 @@ struct System<'a, M: ?Sized> {
 }
 
 impl<'a, M: Model + ?Sized> System<'a, M> {
-    fn new(model: &'a mut M, course: &Course<'a>) -> Self {
+    fn new(model: &'a mut M, trajectory: &Trajectory<'a>) -> Self {
         let n = model.facts().n;
-        let equations = Equations::new(model, course.intervals);
+        let equations = Equations::new(model, trajectory.intervals);
         Self { equations, at: Linearised::new(n), tangent: Matrix::zeros(n, n), lu: Lu::new(n) }
     }
 
     /// Linearises a state whose accelerations follow from forward dynamics.
-    fn begin(&mut self, course: &Course<'_>, step: usize, is_transposed: bool) -> Result<(), Failure> {
-        let (t, state) = course.state(step, self.at.q.len());
+    fn begin(
+        &mut self,
+        trajectory: &Trajectory<'_>,
+        step: usize,
+        is_transposed: bool,
+    ) -> Result<(), Failure> {
+        let (t, state) = trajectory.state(step, self.at.q.len());
         self.at.place(t, state);
         self.linearise(step, SOLVED, is_transposed)
     }
@@ -34,14 +39,14 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
     /// Linearises the end of a step, given the weights of its accelerations.
     fn end(
         &mut self,
-        course: &Course<'_>,
+        trajectory: &Trajectory<'_>,
         step: usize,
         weights: [f64; 3],
         is_transposed: bool,
     ) -> Result<(), Failure> {
-        let (t, state) = course.state(step, self.at.q.len());
+        let (t, state) = trajectory.state(step, self.at.q.len());
         self.at.place(t, state);
-        if course.interval_from(step).is_some() {
+        if trajectory.interval_from(step).is_some() {
             // The recorded accelerations belong to the next interval.
             self.equations.solve(&mut self.at, step)?;
         }
@@ -90,25 +95,25 @@ impl<'a, M: Model + ?Sized> System<'a, M> {
 /// Derivatives of coordinates and velocities of all states with respect to all parameters.
 pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
-    (course, scheme): (&Course<'_>, Scheme),
+    (trajectory, scheme): (&Trajectory<'_>, Scheme),
     parameters: &mut Parameters<'_, F>,
     monitor: &mut Monitor<'_>,
 ) -> Result<Kept, Failure> {
     let (n, p) = (model.facts().n, parameters.of.len());
-    let steps = course.steps(model, scheme);
-    let mut system = System::new(model, course);
+    let steps = trajectory.steps(model, scheme);
+    let mut system = System::new(model, trajectory);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
     let (mut q_base, mut v_base) = (q.clone(), v.clone());
-    let mut kept = Kept::new(course.t.len() * n * p);
+    let mut kept = Kept::new(trajectory.t.len() * n * p);
 
     system.equations.hold(0, parameters.of);
-    system.begin(course, 0, false)?;
+    system.begin(trajectory, 0, false)?;
     system.accelerations([&q, &v], parameters, &mut a)?;
     monitor()?;
     let mut s = a.clone();
     kept.add([&q, &v]);
-    for step in 1..course.t.len() {
+    for step in 1..trajectory.t.len() {
         let Step { made_for: (h, _), weights, displacement, velocity, rest, gain } = steps[step - 1];
         for i in 0..n * p {
             let (a, s) = (a[i], s[i]);
@@ -116,16 +121,16 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             v_base[i] = v[i] + velocity[0] * a + velocity[1] * s;
         }
         s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = rest[0] * a + rest[1] * *s);
-        system.end(course, step, weights, false)?;
+        system.end(trajectory, step, weights, false)?;
         system.accelerations([&q_base, &v_base], parameters, &mut a)?;
         for i in 0..n * p {
             q[i] = q_base[i] + weights[0] * a[i];
             v[i] = v_base[i] + weights[1] * a[i];
             s[i] += gain * a[i];
         }
-        if let Some(interval) = course.interval_from(step) {
+        if let Some(interval) = trajectory.interval_from(step) {
             system.equations.hold(interval, parameters.of);
-            system.begin(course, step, false)?;
+            system.begin(trajectory, step, false)?;
             before.copy_from(&a);
             system.accelerations([&q, &v], parameters, &mut a)?;
             // Inputs jump, but the lead of the method's own accelerations over the true ones stays the same.
@@ -140,7 +145,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
 /// Gradient with respect to all parameters.
 pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
-    (course, scheme): (&Course<'_>, Scheme),
+    (trajectory, scheme): (&Trajectory<'_>, Scheme),
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
     together: &mut Together,
@@ -148,20 +153,20 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
 ) -> Result<Vec<f64>, Failure> {
     let n = model.facts().n;
     let mut gradient = vec![0.0; parameters.of.len()];
-    let steps = course.steps(model, scheme);
-    let mut system = System::new(model, course);
+    let steps = trajectory.steps(model, scheme);
+    let mut system = System::new(model, trajectory);
     // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; n];
-    system.equations.hold(course.last_interval(), parameters.of);
-    for step in (0..course.t.len()).rev() {
+    system.equations.hold(trajectory.last_interval(), parameters.of);
+    for step in (0..trajectory.t.len()).rev() {
         for i in 0..n {
             on_q[i] += weights[0][step * n + i];
             on_v[i] += weights[1][step * n + i];
         }
-        let begins = if step == 0 { Some(0) } else { course.interval_from(step) };
+        let begins = if step == 0 { Some(0) } else { trajectory.interval_from(step) };
         if let Some(interval) = begins {
-            system.begin(course, step, true)?;
+            system.begin(trajectory, step, true)?;
             for i in 0..n {
                 lambda[i] = -(on_a[i] + on_s[i]);
                 on_a[i] = -on_s[i];
@@ -174,7 +179,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
         if step > 0 {
             let Step { made_for: (h, _), weights: of_a, displacement, velocity, rest, gain } =
                 steps[step - 1];
-            system.end(course, step, of_a, true)?;
+            system.end(trajectory, step, of_a, true)?;
             for i in 0..n {
                 lambda[i] = -(on_a[i] + of_a[0] * on_q[i] + of_a[1] * on_v[i] + gain * on_s[i]);
             }

@@ -9,7 +9,7 @@
 //! ```
 
 use super::equations::{Equations, Linearised};
-use super::{Course, Failure, Kept, Monitor, Parameters, Together};
+use super::{Failure, Kept, Monitor, Parameters, Together, Trajectory};
 use crate::integrators::ode::radau_iia::{A, A_SQUARED, C, STAGES};
 use crate::model::Model;
 use crate::numerics::linalg::{Lu, Matrix, Singular, norm_inf};
@@ -39,7 +39,7 @@ struct Stages<'a, M: ?Sized> {
 }
 
 impl<'a, M: Model + ?Sized> Stages<'a, M> {
-    fn new(model: &'a mut M, course: &Course<'a>) -> Self {
+    fn new(model: &'a mut M, trajectory: &Trajectory<'a>) -> Self {
         let n = model.facts().n;
         Self {
             n,
@@ -49,16 +49,16 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
             block: Matrix::zeros(n, n),
             matrix: Matrix::zeros(STAGES * n, STAGES * n),
             lu: Lu::new(STAGES * n),
-            equations: Equations::new(model, course.intervals),
+            equations: Equations::new(model, trajectory.intervals),
         }
     }
 
     /// Computes the stages of the step to this state, and factorises their equations.
-    fn find(&mut self, course: &Course<'_>, step: usize) -> Result<(), Failure> {
-        self.guess(course, step);
+    fn find(&mut self, trajectory: &Trajectory<'_>, step: usize) -> Result<(), Failure> {
+        self.guess(trajectory, step);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
-            self.linearise(course, step)?;
+            self.linearise(trajectory, step)?;
             self.factorise(step)?;
             self.lu.solve(&mut self.residual);
             let correction = norm_inf(&self.residual);
@@ -75,10 +75,10 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
     }
 
     /// Initial guess of the stages: linear interpolation between the accelerations at both ends.
-    fn guess(&mut self, course: &Course<'_>, step: usize) {
+    fn guess(&mut self, trajectory: &Trajectory<'_>, step: usize) {
         let n = self.n;
-        let (_, [_, _, start]) = course.state(step - 1, n);
-        let (_, [_, _, end]) = course.state(step, n);
+        let (_, [_, _, start]) = trajectory.state(step - 1, n);
+        let (_, [_, _, end]) = trajectory.state(step, n);
         for (c, a) in C.into_iter().zip(self.a.chunks_exact_mut(n.max(1))) {
             for i in 0..n {
                 a[i] = start[i] + c * (end[i] - start[i]);
@@ -87,12 +87,12 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
     }
 
     /// Evaluates the residual and the tangents of all stages, and the matrix of their equations.
-    fn linearise(&mut self, course: &Course<'_>, step: usize) -> Result<(), Failure> {
+    fn linearise(&mut self, trajectory: &Trajectory<'_>, step: usize) -> Result<(), Failure> {
         let n = self.n;
-        let (t, [q, v, _]) = course.state(step - 1, n);
-        let h = course.t[step] - t;
+        let (t, [q, v, _]) = trajectory.state(step - 1, n);
+        let h = trajectory.t[step] - t;
         for (i, at) in self.at.iter_mut().enumerate() {
-            at.t = if i + 1 == STAGES { course.t[step] } else { t + C[i] * h };
+            at.t = if i + 1 == STAGES { trajectory.t[step] } else { t + C[i] * h };
             for k in 0..n {
                 let a: [f64; STAGES] = std::array::from_fn(|j| self.a[j * n + k]);
                 let sum = |row: &[f64; STAGES]| row[0] * a[0] + row[1] * a[1] + row[2] * a[2];
@@ -127,22 +127,22 @@ impl<'a, M: Model + ?Sized> Stages<'a, M> {
 /// Derivatives of coordinates and velocities of all states with respect to all parameters.
 pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
-    course: &Course<'_>,
+    trajectory: &Trajectory<'_>,
     parameters: &mut Parameters<'_, F>,
     monitor: &mut Monitor<'_>,
 ) -> Result<Kept, Failure> {
     let (n, p) = (model.facts().n, parameters.of.len());
-    let mut stages = Stages::new(model, course);
+    let mut stages = Stages::new(model, trajectory);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let mut at_stage = q.clone();
     let mut change = Matrix::zeros(n, p);
     let mut da = Matrix::zeros(STAGES * n, p);
-    let mut kept = Kept::new(course.t.len() * n * p);
+    let mut kept = Kept::new(trajectory.t.len() * n * p);
     stages.equations.hold(0, parameters.of);
     kept.add([&q, &v]);
-    for step in 1..course.t.len() {
-        let h = course.t[step] - course.t[step - 1];
-        stages.find(course, step)?;
+    for step in 1..trajectory.t.len() {
+        let h = trajectory.t[step] - trajectory.t[step - 1];
+        stages.find(trajectory, step)?;
         for (i, at) in stages.at.iter().enumerate() {
             at_stage.copy_from(&q);
             at_stage.zip_apply(&v, |q, v| *q += C[i] * h * v);
@@ -158,7 +158,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             q.zip_apply(&da, |q, da| *q += h * h * A_SQUARED[STAGES - 1][j] * da);
             v.zip_apply(&da, |v, da| *v += h * A[STAGES - 1][j] * da);
         }
-        if let Some(interval) = course.interval_from(step) {
+        if let Some(interval) = trajectory.interval_from(step) {
             stages.equations.hold(interval, parameters.of);
         }
         monitor()?;
@@ -170,7 +170,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
 /// Gradient with respect to all parameters.
 pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
-    course: &Course<'_>,
+    trajectory: &Trajectory<'_>,
     weights: [&[f64]; 2],
     parameters: &mut Parameters<'_, F>,
     together: &mut Together,
@@ -178,13 +178,13 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
 ) -> Result<Vec<f64>, Failure> {
     let n = model.facts().n;
     let mut gradient = vec![0.0; parameters.of.len()];
-    let mut stages = Stages::new(model, course);
+    let mut stages = Stages::new(model, trajectory);
     // Adjoint variables: derivatives of the function with respect to q and v of the current state.
     let [mut on_q, mut on_v] = [0; 2].map(|_| vec![0.0; n]);
     let [mut from_q, mut from_v] = [0; 2].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; STAGES * n];
-    stages.equations.hold(course.last_interval(), parameters.of);
-    for step in (0..course.t.len()).rev() {
+    stages.equations.hold(trajectory.last_interval(), parameters.of);
+    for step in (0..trajectory.t.len()).rev() {
         for i in 0..n {
             on_q[i] += weights[0][step * n + i];
             on_v[i] += weights[1][step * n + i];
@@ -192,11 +192,11 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
         if step == 0 {
             break;
         }
-        if let Some(interval) = course.interval_from(step) {
+        if let Some(interval) = trajectory.interval_from(step) {
             stages.equations.hold(interval - 1, parameters.of);
         }
-        let h = course.t[step] - course.t[step - 1];
-        stages.find(course, step)?;
+        let h = trajectory.t[step] - trajectory.t[step - 1];
+        stages.find(trajectory, step)?;
         stages.matrix.transpose_mut();
         stages.factorise(step)?;
         for (j, lambda) in lambda.chunks_exact_mut(n.max(1)).enumerate() {

@@ -271,7 +271,7 @@ pub fn check<M: Model>(
 
 /// Times of the result of a complete run of a model with `n` coordinates, with inputs set every
 /// `control_step` if given: the requested times, the grid of a method, or the ends of fixed steps. `None` if
-/// the method chooses its steps and returns all of them. `corner` tells where steps of fixed size must end
+/// the method chooses its steps and returns all of them. `corner` gives the times at which steps of fixed size must end
 /// ([`Excitation::corner`](crate::model::Excitation::corner)).
 ///
 /// The arguments must be valid; see [`check`].

@@ -45,7 +45,7 @@ pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<
         model.set_time(t)?;
         let slack_tendons = if model.facts().is_one_sided { model.slack_tendons(q) } else { Vec::new() };
         for (found, (i, is_of_length, name)) in found.iter_mut().zip(&may_be_slack) {
-            let told = if *is_of_length {
+            let tension = if *is_of_length {
                 let is_inextensible = model.description().actuators[*i].is_inextensible();
                 let mut is_taut = || match is_inextensible {
                     true => !slack_tendons.contains(i),
@@ -57,15 +57,15 @@ pub fn slackness(model: &mut RobotModel, simulation: &Simulation) -> Result<Vec<
                 }
                 None
             } else {
-                let told = model.command(*i);
+                let tension = model.command(*i);
                 // Ignore NaN.
-                if !matches!(told.partial_cmp(&0.0), Some(std::cmp::Ordering::Less)) {
+                if !matches!(tension.partial_cmp(&0.0), Some(std::cmp::Ordering::Less)) {
                     continue;
                 }
-                Some(told)
+                Some(tension)
             };
-            let slack = found.get_or_insert_with(|| Slack { name: name.clone(), from: t, lowest: told });
-            slack.lowest = slack.lowest.zip(told).map(|(before, told)| before.min(told));
+            let slack = found.get_or_insert_with(|| Slack { name: name.clone(), from: t, lowest: tension });
+            slack.lowest = slack.lowest.zip(tension).map(|(before, tension)| before.min(tension));
         }
     }
     Ok(found.into_iter().flatten().collect())

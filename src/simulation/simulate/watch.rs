@@ -1,7 +1,7 @@
 //! Checks of a run beyond those of its method.
 
 use crate::analysis::spectrum::Spectrum;
-use crate::analysis::unseen::Unseen;
+use crate::analysis::unresolved_vibrations::UnresolvedVibrations;
 use crate::integrators::ode;
 use crate::model::Model;
 use crate::simulation::balance::State;
@@ -27,7 +27,7 @@ const VISIBLE: f64 = 1e-5;
 pub(super) enum Watch {
     Nothing,
     /// For fixed steps: unresolved vibrations.
-    Resolution(Unseen),
+    Resolution(UnresolvedVibrations),
     /// For explicit methods: steps limited by stability.
     Stiffness(StiffnessWatch),
 }
@@ -43,7 +43,7 @@ impl Watch {
             return StiffnessWatch::new(options, t_span).map_or(Self::Nothing, Self::Stiffness);
         }
         let Some(dt) = method.fixed_step() else { return Self::Nothing };
-        Unseen::new(model, t_span, start, dt).map_or(Self::Nothing, Self::Resolution)
+        UnresolvedVibrations::new(model, t_span, start, dt).map_or(Self::Nothing, Self::Resolution)
     }
 
     /// Checks the step that led to this state, the `accepted`-th one.

@@ -33,7 +33,7 @@ TASK_BYTES = 2**26
 #: Keywords of `sweep` itself, beside options of `simulate`.
 OWN = ("executor", "store", "combine", "keep", "places", "measure", "workers", "progress")
 
-#: Options of `simulate` that sweeps do not have: a function, which a store could not tell from others.
+#: Options of `simulate` that sweeps do not have: functions, which a store could not distinguish.
 NO_OPTIONS = ("control", "control_step")
 
 #: Variables stored per point, in addition to the results of `measure`: the dimensions after those of the

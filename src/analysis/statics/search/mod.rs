@@ -112,7 +112,7 @@ pub(super) enum Ended {
     Stalled,
     /// Steps grow without end.
     Unheld,
-    Flawed(Flaw),
+    Invalid(Flaw),
     NonFinite,
     /// The forces have no potential in the last shape.
     WithoutPotential,
@@ -242,7 +242,7 @@ impl Progress {
     }
 }
 
-/// The quadratic problem of a step, in natural coordinates.
+/// The quadratic problem of a step, in normalised coordinates.
 struct Local {
     hessian: Matrix,
     gradient: Vec<f64>,
@@ -435,7 +435,7 @@ impl<'a> Search<'a> {
                         self.step_norm = next.min(so_far.last);
                         return Ok(Ended::Converged);
                     }
-                    return Ok(flaw.map_or(Ended::Stalled, Ended::Flawed));
+                    return Ok(flaw.map_or(Ended::Stalled, Ended::Invalid));
                 }
             };
             so_far.resize(good, length, shift);
@@ -586,12 +586,12 @@ impl<'a> Search<'a> {
         let geometric = self.problem.stiffness_of_loops(&self.shape.q, multipliers);
         let mut of_loops = vec![0.0; w.len()];
         add_transposed(&self.shape.gap_rows, multipliers, &mut of_loops);
-        let natural = |forces: &[f64]| norm(&forces.iter().zip(w).map(|(f, w)| f * w).collect::<Vec<_>>());
-        let most = natural(&of_loops);
-        moved.iter().any(|moved| natural((&geometric * moved).as_slice()) > UNCERTAIN * most)
+        let normalised = |forces: &[f64]| norm(&forces.iter().zip(w).map(|(f, w)| f * w).collect::<Vec<_>>());
+        let most = normalised(&of_loops);
+        moved.iter().any(|moved| normalised((&geometric * moved).as_slice()) > UNCERTAIN * most)
     }
 
-    /// Gradient along natural coordinates, without the forces of elastic cords and springs. Residuals at the level of rounding are set to
+    /// Gradient along normalised coordinates, without the forces of elastic cords and springs. Residuals at the level of rounding are set to
     /// zero: they would cause large steps along directions without stiffness.
     fn gradient(&self) -> Vec<f64> {
         let Balance { gradient, work, .. } = &self.balance;
@@ -608,9 +608,9 @@ impl<'a> Search<'a> {
     fn held_still(&self, softest: &[(f64, Vec<f64>)]) -> Vec<f64> {
         let Balance { gradient, work, tensions, .. } = &self.balance;
         let w = &self.scale.w;
-        let natural = |forces: &[f64]| -> Vec<f64> { forces.iter().zip(w).map(|(f, w)| f * w).collect() };
+        let normalised = |forces: &[f64]| -> Vec<f64> { forces.iter().zip(w).map(|(f, w)| f * w).collect() };
         let (mut left, work, resistance) =
-            (natural(gradient), natural(work), self.scale.regularisation(1.0, work));
+            (normalised(gradient), normalised(work), self.scale.regularisation(1.0, work));
         for (stiffness, x) in softest {
             let sum = |of: &dyn Fn(usize) -> f64| (0..x.len()).map(of).sum::<f64>();
             let (force, most) = (dot(&left, x), sum(&|k| work[k] * x[k].abs()));
@@ -621,7 +621,7 @@ impl<'a> Search<'a> {
         }
         let mut of_cords = vec![0.0; w.len()];
         add_transposed(&self.shape.rows, tensions, &mut of_cords);
-        left.iter().zip(natural(&of_cords)).map(|(left, of_cords)| left - of_cords).collect()
+        left.iter().zip(normalised(&of_cords)).map(|(left, of_cords)| left - of_cords).collect()
     }
 
     /// Recomputes the sizes of coordinates, which change slowly with the shape, after moving by a part of them.

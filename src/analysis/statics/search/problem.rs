@@ -3,7 +3,7 @@
 
 use super::super::equations::Counters;
 use super::super::halted::Monitor;
-use crate::analysis::natural;
+use crate::analysis::normalised;
 use crate::error::Interrupted;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{Static, chart, constraint};
@@ -74,7 +74,7 @@ impl<'a> Problem<'a> {
         let n = model.facts().n;
         let rest = vec![0.0; n];
         let (cords, springs) = (model.facts().cords, model.facts().springs);
-        let material = natural::material(model, &rest, &vec![1.0; n]);
+        let material = normalised::material(model, &rest, &vec![1.0; n]);
         let mut of_cords = Cords::new(cords, n);
         if cords > 0 {
             model.linearise_cords(&rest, &mut of_cords);

@@ -1,4 +1,4 @@
-//! Scales of a shape: sizes of coordinates, natural coordinates, and magnitudes of loads.
+//! Scales of a shape: sizes of coordinates, normalised coordinates, and magnitudes of loads.
 
 use super::problem::{Problem, scaled};
 use crate::model::chart;
@@ -11,7 +11,7 @@ const SOFTEST: f64 = 1e-14;
 /// are rounding: no force does work along such a coordinate.
 pub(super) const NOTHING: f64 = 1e-5;
 
-/// Sizes of coordinates in a shape, and natural coordinates x, `dq = w x`, in which soft coordinates move more than stiff ones.
+/// Sizes of coordinates in a shape, and normalised coordinates x, `dq = w x`, in which soft coordinates move more than stiff ones.
 pub(super) struct Scale {
     pub(super) sizes: Vec<f64>,
     pub(super) w: Vec<f64>,
@@ -43,7 +43,7 @@ impl Scale {
         Self { sizes, w, turns, loads }
     }
 
-    /// The diagonal metric in which natural coordinates are steps in sizes. Turns are never longer than a radian, however large the
+    /// The diagonal metric in which normalised coordinates are steps in sizes. Turns are never longer than a radian, however large the
     /// radius is.
     pub(super) fn metric(&self, radius: f64) -> Vec<f64> {
         let more = radius.max(1.0).powi(2);
@@ -52,7 +52,7 @@ impl Scale {
             .collect()
     }
 
-    /// Derivatives along natural coordinates.
+    /// Derivatives along normalised coordinates.
     pub(super) fn rows(&self, rows: &Matrix) -> Matrix {
         scaled(rows, &self.w)
     }
@@ -68,7 +68,7 @@ impl Scale {
         (0..x.len()).map(of).sum::<f64>().sqrt()
     }
 
-    /// Curvature along natural coordinates that corresponds to a relative error of the balance of forces.
+    /// Curvature along normalised coordinates that corresponds to a relative error of the balance of forces.
     pub(super) fn regularisation(&self, error: f64, work: &[f64]) -> Vec<f64> {
         (0..self.w.len()).map(|k| error * work[k] * self.w[k] * self.w[k] / self.sizes[k]).collect()
     }

@@ -32,7 +32,7 @@ const CORRECTIONS: usize = 15;
 const HELD: f64 = 1e-13;
 const NEARLY_HELD: f64 = 1e-9;
 
-/// Length of natural coordinates in a metric.
+/// Length of normalised coordinates in a metric.
 pub(super) fn length(x: &[f64], metric: &[f64]) -> f64 {
     x.iter().zip(metric).map(|(x, b)| x * x * b).sum::<f64>().sqrt()
 }

@@ -1,12 +1,12 @@
-//! Edges of tables that are narrower than what steps can tell apart: values jump there.
+//! Edges of tables that are narrower than the resolution of steps: values jump there.
 
 use super::table::Table;
 use super::times::rounding_of_times;
 
-/// How a model that moves in steps sees tables.
+/// Evaluation of tables by a model that moves in steps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sight {
-    /// Size of the steps in seconds if that is fixed, otherwise zero; NaN without steps, which sees tables as they are.
+    /// Size of the steps in seconds if it is fixed, otherwise zero; NaN without steps, for exact tables.
     pub(crate) dt: f64,
     /// Time of the jump that was passed last; NaN before.
     pub(crate) passed: f64,

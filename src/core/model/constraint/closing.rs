@@ -1,6 +1,6 @@
 //! Closing: moves a shape until constraints hold, with as little elastic energy as possible.
 //!
-//! Steps are those of Gauss and Newton's method, the smallest ones in natural coordinates x, `dq_i = w_i x_i` with `w_i = s_i / sqrt(1
+//! Steps are those of Gauss and Newton's method, the smallest ones in normalised coordinates x, `dq_i = w_i x_i` with `w_i = s_i / sqrt(1
 //! + k_i / e)`: s_i are the sizes of the coordinates ([`sizes`](crate::model::Elastic::sizes)), `k_i = s_i^2 K_ii` twice the elastic
 //! energy of one size, and e is the softest of these among the coordinates that are joined. Bending closes a loop then, not
 //! stretching. Masses, times and lengths of other parts have no influence, and units cancel: gaps are compared with the lengths of
@@ -48,7 +48,7 @@ const SAME_MODE: f64 = 1e-6;
 /// Of closed shapes, another one is taken if its energy is lower by this part: mirror images, whose starts agree to 1e-8, are equal.
 const LOWER: f64 = 1e-6;
 
-/// Where nothing else closes, shapes beside the start are tried that differ by this part of natural sizes.
+/// Where nothing else closes, shapes beside the start are tried that differ by this part of normalised sizes.
 const BESIDE: f64 = 0.3;
 const STARTS_BESIDE: usize = 5;
 
@@ -94,8 +94,8 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
         if is_closed(&ended) {
             break;
         }
-        let natural = Natural::new(model, &start);
-        let step = natural
+        let normalised = Normalised::new(model, &start);
+        let step = normalised
             .weights
             .iter()
             .enumerate()
@@ -135,7 +135,7 @@ fn on_both_sides<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Ve
 /// The shape as near to closed ones as rigid motions of elastic parts bring it: a slack line points to its other end. `None` without
 /// such motions, or if they close it.
 fn turned<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
-    let elastic = Natural::new(model, q).elastic;
+    let elastic = Normalised::new(model, q).elastic;
     let is_mixed = elastic.iter().any(|part| *part > 0.0) && elastic.contains(&0.0);
     let ended = is_mixed.then(|| approach(model, q.to_vec(), Moves::Rigid))?;
     (ended.gap > CLOSED).then_some(ended.q)
@@ -186,12 +186,12 @@ fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) ->
         if has_ended || !gap.is_finite() || without_progress > PATIENCE {
             return best;
         }
-        let mut natural = Natural::new(model, &q);
+        let mut normalised = Normalised::new(model, &q);
         if moves == Moves::Rigid {
-            natural.hold_elastic();
+            normalised.hold_elastic();
         }
-        let Some(step) = natural.closing(model, &q, &mut gaps) else { return best };
-        let sizes: Vec<f64> = step.iter().zip(&natural.sizes).map(|(step, size)| step / size).collect();
+        let Some(step) = normalised.closing(model, &q, &mut gaps) else { return best };
+        let sizes: Vec<f64> = step.iter().zip(&normalised.sizes).map(|(step, size)| step / size).collect();
         let size = norm(&sizes);
         if size.is_nan() || size <= f64::EPSILON {
             return best;
@@ -222,8 +222,8 @@ fn violated<M: Static + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -
     gaps.iter().fold(turned, |largest: f64, gap| if gap.abs() <= largest { largest } else { gap.abs() })
 }
 
-/// Natural coordinates at a shape.
-struct Natural {
+/// Normalised coordinates at a shape.
+struct Normalised {
     sizes: Vec<f64>,
     /// `dq = w x`.
     weights: Vec<f64>,
@@ -240,7 +240,7 @@ enum Relative {
     ToSizes,
 }
 
-/// Derivatives of gaps with respect to natural coordinates, as columns of unit length if gaps are relative to rates, by singular
+/// Derivatives of gaps with respect to normalised coordinates, as columns of unit length if gaps are relative to rates, by singular
 /// values that do not count as zero.
 struct Rows {
     /// Factors of gaps over their sizes that make columns of unit length; one for gaps that nothing moves.
@@ -268,7 +268,7 @@ impl Rows {
     }
 }
 
-impl Natural {
+impl Normalised {
     fn new<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Self {
         let n = q.len();
         let mut sizes = vec![0.0; n];
@@ -303,7 +303,7 @@ impl Natural {
             .for_each(|(weight, _)| *weight = 0.0);
     }
 
-    /// Work of weight and loads per unit of natural coordinates.
+    /// Work of weight and loads per unit of normalised coordinates.
     fn loads<M: Static + ?Sized>(&self, model: &mut M, q: &[f64]) -> Vec<f64> {
         let rest = vec![0.0; q.len()];
         let [mut all, mut elastic] = [rest.clone(), rest.clone()];
@@ -312,7 +312,7 @@ impl Natural {
         (0..q.len()).map(|k| (elastic[k] - all[k]) * self.weights[k]).collect()
     }
 
-    /// Derivatives of gaps over their sizes, m x n, with respect to natural coordinates and to sizes.
+    /// Derivatives of gaps over their sizes, m x n, with respect to normalised coordinates and to sizes.
     fn jacobian<M: Static + ?Sized>(&self, model: &mut M, q: &[f64]) -> [Matrix; 2] {
         let mut rows = Matrix::zeros(model.facts().constraints(), q.len());
         model.gap_jacobian(q, &mut rows);
@@ -328,8 +328,8 @@ impl Natural {
     }
 
     fn rows<M: Static + ?Sized>(&self, model: &mut M, q: &[f64], relative: Relative) -> Option<Rows> {
-        let [natural, in_sizes] = self.jacobian(model, q);
-        let mut columns = natural.transpose();
+        let [normalised, in_sizes] = self.jacobian(model, q);
+        let mut columns = normalised.transpose();
         let factors: Vec<f64> = columns
             .column_iter_mut()
             .zip(in_sizes.row_iter())
@@ -403,8 +403,8 @@ impl Natural {
 fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<Vec<f64>> {
     let (n, mut gaps) = (q.len(), Vec::new());
     violated(model, q, &mut gaps);
-    let natural = Natural::new(model, q);
-    let rows = natural.rows(model, q, Relative::ToRates)?;
+    let normalised = Normalised::new(model, q);
+    let rows = normalised.rows(model, q, Relative::ToRates)?;
     // The part of the gaps that no motion reaches, or else the force of the smallest motion that closes them.
     let scaled = rows.scaled(&gaps);
     let (x, unreached) = rows.closing(&scaled);
@@ -417,7 +417,7 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     if !is_reached {
         force = unreached;
     }
-    let deformed: f64 = x.iter().zip(&natural.elastic).map(|(x, part)| part * x * x).sum();
+    let deformed: f64 = x.iter().zip(&normalised.elastic).map(|(x, part)| part * x * x).sum();
     let counts_all = load == Load::Any || !is_reached;
     if !counts_all && deformed < DEFORMS * dot(&x, &x) {
         return None;
@@ -430,14 +430,14 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
         .map(|((x, factor), size)| x * factor / size)
         .collect();
     let mut curvature = second_derivative(model, q, &multipliers);
-    for (k, w) in natural.weights.iter().enumerate() {
+    for (k, w) in normalised.weights.iter().enumerate() {
         curvature.row_mut(k).scale_mut(*w);
         curvature.column_mut(k).scale_mut(*w);
     }
     let (values, modes) = symmetric_eigen(&symmetric_part(&curvature))?;
     let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let lowest = *values.first()?;
-    // In natural coordinates, energies of one coordinate are one: a lower eigenvalue exceeds the elastic energy.
+    // In normalised coordinates, energies of one coordinate are one: a lower eigenvalue exceeds the elastic energy.
     let least = if counts_all { RANK * largest } else { 1.0 };
     if lowest >= -least || work <= 0.0 {
         return None;
@@ -452,14 +452,14 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
         }
         mode
     };
-    let loads = natural.loads(model, q);
+    let loads = normalised.loads(model, q);
     let mut mode = along(&loads);
     if norm(&mode) <= RANK * norm(&loads) {
         mode = along(&(0..n).map(|i| (1.7 * i as f64).cos()).collect::<Vec<_>>());
     }
     let size = (work / -lowest).sqrt() / norm(&mode);
-    let step: Vec<f64> = mode.iter().zip(&natural.weights).map(|(x, w)| size * x * w).collect();
-    let in_sizes: Vec<f64> = step.iter().zip(&natural.sizes).map(|(step, size)| step / size).collect();
+    let step: Vec<f64> = mode.iter().zip(&normalised.weights).map(|(x, w)| size * x * w).collect();
+    let in_sizes: Vec<f64> = step.iter().zip(&normalised.sizes).map(|(step, size)| step / size).collect();
     let part = norm(&in_sizes).max(1.0).recip();
     Some(step.into_iter().map(|x| part * x).collect())
 }

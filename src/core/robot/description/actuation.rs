@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
-use super::given::GivenSignal;
 use super::link::Link;
 use super::robot::{Robot, check_name};
+use super::signals::SignalOf;
 use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_place;
 use crate::description::rod::{STRAIN_NAMES, Segment};
@@ -56,10 +56,10 @@ impl Inputs {
     }
 
     fn take_all(&mut self, robot: &Robot, check: &mut Checker) {
-        for given in robot.given() {
-            match given.signal {
-                GivenSignal::Number(Signal::Input(input)) => self.take(input, check, &given.place()),
-                GivenSignal::Vector(Signal::Input(input)) => self.take(input, check, &given.place()),
+        for placed in robot.signals_with_places() {
+            match placed.signal {
+                SignalOf::Number(Signal::Input(input)) => self.take(input, check, &placed.place()),
+                SignalOf::Vector(Signal::Input(input)) => self.take(input, check, &placed.place()),
                 _ => {}
             }
         }

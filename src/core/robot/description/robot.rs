@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 
 use super::carriers::{Carrier, Carriers};
 use super::driven::Driven;
-use super::given::Given;
 use super::link::Link;
 use super::mimic::check_mimics;
+use super::signals::PlacedSignal;
 use super::span::{size, starts};
 use crate::description::body::Body;
 use crate::description::joint::Joint;
@@ -338,13 +338,13 @@ impl Robot {
     }
 
     /// All prescribed forces and commands, in the order of the inputs: loads, the magnetic field, actuators.
-    pub fn given(&self) -> impl Iterator<Item = Given<'_>> {
+    pub fn signals_with_places(&self) -> impl Iterator<Item = PlacedSignal<'_>> {
         let of_loads = self.loads.iter().enumerate().flat_map(|(i, load)| {
-            load.named_signals().map(|(key, signal)| Given::vector(Some(("loads", i)), key, signal))
+            load.named_signals().map(|(key, signal)| PlacedSignal::vector(Some(("loads", i)), key, signal))
         });
-        let of_robot = [Given::vector(None, "field", &self.field)];
+        let of_robot = [PlacedSignal::vector(None, "field", &self.field)];
         let of_actuators = self.actuators.iter().enumerate().flat_map(|(i, actuator)| {
-            actuator.named_signals().map(move |(key, signal)| Given::command(i, key, signal, actuator))
+            actuator.named_signals().map(move |(key, signal)| PlacedSignal::command(i, key, signal, actuator))
         });
         of_loads.chain(of_robot).chain(of_actuators)
     }

@@ -1,8 +1,8 @@
 //! Time dependence of a robot: prescribed motions, forces and commands.
 
 use super::driven::Driven;
-use super::given::Given;
 use super::robot::Robot;
+use super::signals::PlacedSignal;
 use crate::description::signal::{Cell, Jumps, Timed};
 use crate::description::world::BaseMotion;
 use crate::error::Number;
@@ -15,22 +15,23 @@ impl Robot {
 
     /// Forces and commands.
     fn signals(&self) -> impl Iterator<Item = &dyn Timed> {
-        self.given().map(Given::timed)
+        self.signals_with_places().map(PlacedSignal::timed)
     }
 
     /// Those that act on forces directly: all but the lengths of inextensible tendons.
     fn force_signals(&self) -> impl Iterator<Item = &dyn Timed> {
-        let follows = |given: &Given<'_>| given.commands.is_none_or(|actuator| !actuator.is_inextensible());
-        self.given().filter(follows).map(Given::timed)
+        let follows =
+            |placed: &PlacedSignal<'_>| placed.commands.is_none_or(|actuator| !actuator.is_inextensible());
+        self.signals_with_places().filter(follows).map(PlacedSignal::timed)
     }
 
     /// Description of the first force or command that is not finite at a time.
     pub(crate) fn not_finite(&self, t: f64) -> Option<String> {
-        self.given().find_map(|given| {
-            let value = given.timed().not_finite(t)?;
-            let what = match given.commands {
+        self.signals_with_places().find_map(|placed| {
+            let value = placed.timed().not_finite(t)?;
+            let what = match placed.commands {
                 Some(actuator) => format!("the command of actuator \"{}\"", actuator.name()),
-                None => given.place(),
+                None => placed.place(),
             };
             Some(format!("{what} is {value} at t = {}", Number(t)))
         })

@@ -80,7 +80,7 @@ pub(crate) struct Pressed {
 }
 
 /// The stop with the largest force in a shape.
-pub(crate) fn hardest_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Pressed> {
+pub(crate) fn most_loaded_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Pressed> {
     let pressed = all(plan).filter_map(|(coordinate, forces)| {
         let beyond = beyond(forces, q[coordinate]);
         let force = forces.limit_stiffness * beyond.abs();

@@ -5,7 +5,7 @@
 //! compares both: within a tenth for rods, and a fourth with everything that acts on them. Effects that are cheap beside these
 //! count as nothing.
 
-use crate::model::Holder;
+use crate::model::Constraint;
 use crate::robot::choice::Solve;
 use crate::robot::effects;
 use crate::robot::effects::actuator::plan::{ActuatorPlan, Law, Part, RoutingSegment};
@@ -292,16 +292,19 @@ pub(crate) fn of_loops<G: Turning>(plan: &Plan<G>) -> Vec<Share> {
         // The change of the forces has entries for every coordinate of the robot.
         let tangent = reached * (rows * ROW_OF_COORDINATE + 12 * plan.n as u64);
         (
-            loops.held_by[tie.first],
+            loops.constraints[tie.first],
             Share { coordinates: tie.reaches.len(), nodes: 0, residual: FRAMES + rows * ROW, tangent },
         )
     });
     let of_gears = (0..loops.gears.len()).map(|g| {
-        (loops.held_by[loops.first_gear() + g], Share { coordinates: 2, nodes: 0, residual: 2, tangent: 0 })
+        (
+            loops.constraints[loops.first_gear() + g],
+            Share { coordinates: 2, nodes: 0, residual: 2, tangent: 0 },
+        )
     });
-    let mut found: Vec<(Holder, Share)> = of_ties.chain(of_gears).collect();
-    let place = |holder: Holder| match holder {
-        Holder::Loop(place) | Holder::Tendon(place) => place,
+    let mut found: Vec<(Constraint, Share)> = of_ties.chain(of_gears).collect();
+    let place = |holder: Constraint| match holder {
+        Constraint::Loop(place) | Constraint::Tendon(place) => place,
     };
     found.sort_by_key(|&(holder, _)| place(holder));
     found.into_iter().map(|(_, share)| share).collect()

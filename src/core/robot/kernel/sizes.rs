@@ -1,7 +1,7 @@
 //! Turns and shifts of sections, bodies, and ends of tendons, loops and contacts per unit of each coordinate, and the sizes of
 //! coordinates that follow from these.
 
-use crate::model::Holder;
+use crate::model::Constraint;
 use crate::numerics::lie::{Twist, Vector};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Row;
@@ -249,8 +249,8 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
 
 /// Sizes of gaps, row by row, from the spans of their constraints in metres: the span, one for differences of cosines, and for
 /// coordinates their value for such a span.
-pub(crate) fn of_gaps<G: Turning>(plan: &Plan<G>, span: impl Fn(Holder) -> f64) -> Vec<f64> {
-    let mut sizes: Vec<f64> = plan.effects.loops.held_by.iter().map(|&held| span(held)).collect();
+pub(crate) fn of_gaps<G: Turning>(plan: &Plan<G>, span: impl Fn(Constraint) -> f64) -> Vec<f64> {
+    let mut sizes: Vec<f64> = plan.effects.loops.constraints.iter().map(|&held| span(held)).collect();
     for tie in &plan.effects.loops.ties {
         for (size, row) in sizes[tie.first..].iter_mut().zip(&tie.rows) {
             *size = if matches!(row, Row::Angle { .. }) { 1.0 } else { *size };

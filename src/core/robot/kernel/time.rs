@@ -104,13 +104,13 @@ pub(crate) fn set_inputs<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, in
     work.inputs.copy_from_slice(inputs);
     work.time = f64::NAN;
     work.motion_is_known = false;
-    tell(plan, work);
+    set_constant_commands(plan, work);
 }
 
 /// Sets the constant commands of loads and actuators.
-pub(crate) fn tell<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let told = command(plan, work, f64::NAN, |varies_in_time| !varies_in_time);
-    debug_assert!(told.is_ok(), "only functions of time can fail");
+pub(crate) fn set_constant_commands<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    let set = command(plan, work, f64::NAN, |varies_in_time| !varies_in_time);
+    debug_assert!(set.is_ok(), "only functions of time can fail");
 }
 
 /// Sets the commands of loads and actuators at a time: either the varying ones, or the constant ones.
@@ -137,7 +137,7 @@ fn command<G: Turning>(
         }
         let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref());
         if let Some(sliding) = sliding.filter(|sliding| is_meant(sliding.varies_in_time())) {
-            [state.slidings[i].told] = sliding.at(t, work.sight, &work.inputs)?;
+            [state.slidings[i].commanded] = sliding.at(t, work.sight, &work.inputs)?;
         }
     }
     Ok(())

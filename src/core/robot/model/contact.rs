@@ -7,7 +7,7 @@ use crate::model::{
     Reached, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
-use crate::robot::effects::contact::query::Hardest;
+use crate::robot::effects::contact::query::FastestImpact;
 use crate::robot::effects::{actuator, contact, joint_forces};
 
 impl RobotModel {
@@ -15,8 +15,10 @@ impl RobotModel {
     fn advice_on_stops(&mut self, failed: &[&[f64]]) -> String {
         let Self { sweeps, coordinates, robot, .. } = self;
         let found = failed.iter().enumerate().find_map(|(number, q)| {
-            let stop = coordinates
-                .all([*q], |[q]| on_sweeps!(sweeps, sweeps => joint_forces::hardest_stop(sweeps.plan(), q)));
+            let stop = coordinates.all(
+                [*q],
+                |[q]| on_sweeps!(sweeps, sweeps => joint_forces::most_loaded_stop(sweeps.plan(), q)),
+            );
             Some((number, stop?))
         });
         found.map_or_else(String::new, |(number, stop)| joint_forces::advice(robot, stop, number > 0))
@@ -31,7 +33,7 @@ impl RobotModel {
         let mut found = Cords::new(cords.len(), self.facts.n);
         for (number, q) in failed.iter().enumerate() {
             self.linearise_cords(q, &mut found);
-            if let Some(row) = actuator::advice::hardest(&found, self.facts.length) {
+            if let Some(row) = actuator::advice::most_loaded(&found, self.facts.length) {
                 return actuator::advice::advice(&self.robot, cords[row], &found, row, number > 0);
             }
         }
@@ -268,8 +270,8 @@ impl InImpact for RobotModel {
         let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
         self.note_rates(before[1], motion);
         let Self { sweeps, coordinates, .. } = self;
-        let Hardest { contact, rebound, longest } =
-            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.hardest_impact(motion)))?;
+        let FastestImpact { contact, rebound, longest } =
+            coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.fastest_impact(motion)))?;
         Some(Impact {
             contact,
             lost: lost.max(0.0) * rebound * rebound,

@@ -124,10 +124,11 @@ impl Dynamics for RobotModel {
     /// Tips of rods; for rigid links three points around the centre of mass, at the distance of the radius of
     /// gyration.
     fn places(&mut self, q: &[f64], places: &mut Vec<[f64; 3]>) {
-        let Self { sweeps, coordinates, marks, .. } = self;
+        let Self { sweeps, coordinates, measured_places, .. } = self;
         coordinates.all([q], |[q]| {
-            for mark in &**marks {
-                let position = on_sweeps!(&mut *sweeps, sweeps => sweeps.beside(q, &mark.place, mark.offset));
+            for place in &**measured_places {
+                let position =
+                    on_sweeps!(&mut *sweeps, sweeps => sweeps.beside(q, &place.place, place.offset));
                 places.push(position.to_array());
             }
         });

@@ -18,7 +18,7 @@ use crate::description::rod::STRAINS;
 use crate::error::{Checker, InvalidInput};
 use crate::model::constraint::one_sided::TAUT;
 use crate::model::constraint::{Independent, one_sided};
-use crate::model::{Dynamics, Energy, Facts, Flaw, Holder, OneSided as _, Pressed, Tied as _};
+use crate::model::{Constraint, Dynamics, Energy, Facts, Flaw, OneSided as _, Pressed, Tied as _};
 use crate::numerics::lie::{Instructions, Plane, Vector};
 use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::effects;
@@ -62,7 +62,7 @@ pub struct RobotModel {
     robot: Arc<Robot>,
     facts: Arc<Facts>,
     /// Places at which accuracy is measured.
-    marks: Arc<[Mark]>,
+    measured_places: Arc<[MeasuredPlace]>,
     /// Values that replace the forces of the supports' springs.
     held: Option<Vec<f64>>,
     /// Size of the steps in seconds if it is fixed, zero for adaptive steps, NaN before a run.
@@ -97,7 +97,7 @@ impl NotedEnergy {
 
 /// A place of a robot, or an offset from it in its axes.
 #[derive(Clone, Debug)]
-struct Mark {
+struct MeasuredPlace {
     place: Place,
     offset: Option<Vector<f64>>,
 }
@@ -203,7 +203,7 @@ impl RobotModel {
             multiplications: OnceLock::new(),
             robot: Arc::new(robot.clone()),
             facts: Arc::new(facts),
-            marks: Arc::new([]),
+            measured_places: Arc::new([]),
             held: None,
             steps: f64::NAN,
             ends: Arc::new([]),
@@ -212,36 +212,36 @@ impl RobotModel {
             pressed: Pressed::default(),
         };
         model.check_inertia()?;
-        model.marks = model.marks_of_links().into();
+        model.measured_places = model.measured_places_of_links().into();
         Ok(model)
     }
 
     /// Places for [`Dynamics::places`] on links with a rod or a body; the tip of the robot if there are none. If
     /// loops may hold tips, also the middles of rods.
-    fn marks_of_links(&self) -> Vec<Mark> {
-        let mut marks = Vec::new();
+    fn measured_places_of_links(&self) -> Vec<MeasuredPlace> {
+        let mut measured_places = Vec::new();
         for (i, link) in self.robot.links.iter().enumerate() {
             let place = self.place_on(i, None);
             if let Some(body) = &link.body {
                 let radius = (0.5 * (0..3).map(|k| body.inertia[k][k]).sum::<f64>() / body.mass).sqrt();
                 let directions = if radius.is_finite() && radius > 0.0 { 0..3 } else { 0..1 };
                 let radius = if radius.is_finite() { radius } else { 0.0 };
-                marks.extend(directions.map(|k| {
+                measured_places.extend(directions.map(|k| {
                     let offset = std::array::from_fn(|i| body.centre[i] + if i == k { radius } else { 0.0 });
-                    Mark { place: place.clone(), offset: Some(offset.into()) }
+                    MeasuredPlace { place: place.clone(), offset: Some(offset.into()) }
                 }));
             } else if !link.rod.is_empty() {
-                marks.push(Mark { place, offset: None });
+                measured_places.push(MeasuredPlace { place, offset: None });
                 if !self.robot.loops.is_empty() {
                     let middle = self.place_on(i, Some(0.5 * link.length()));
-                    marks.push(Mark { place: middle, offset: None });
+                    measured_places.push(MeasuredPlace { place: middle, offset: None });
                 }
             }
         }
-        if marks.is_empty() {
-            marks.push(Mark { place: self.tip_place(), offset: None });
+        if measured_places.is_empty() {
+            measured_places.push(MeasuredPlace { place: self.tip_place(), offset: None });
         }
-        marks
+        measured_places
     }
 
     /// All bodies with their extents.
@@ -583,9 +583,9 @@ impl RobotModel {
             None => one_sided::accelerations(self, q, qd, &mut vec![0.0; q.len()], &mut multipliers),
         }
         .ok()?;
-        let held = Holder::Tendon(actuator);
+        let held = Constraint::Tendon(actuator);
         on_sweeps!(&self.sweeps, sweeps => {
-            let row = sweeps.plan().effects.loops.held_by.iter().position(|&by| by == held)?;
+            let row = sweeps.plan().effects.loops.constraints.iter().position(|&by| by == held)?;
             Some(multipliers[row])
         })
     }
@@ -617,9 +617,9 @@ impl RobotModel {
         on_sweeps!(&self.sweeps, sweeps => {
             let closed = &sweeps.plan().effects.loops;
             for row in (0..m).filter(|&row| !independent.is_independent(row)) {
-                match closed.held_by[row] {
-                    Holder::Loop(i) => redundant[i] += 1,
-                    Holder::Tendon(_) => redundant[loops + row - closed.first_length()] += 1,
+                match closed.constraints[row] {
+                    Constraint::Loop(i) => redundant[i] += 1,
+                    Constraint::Tendon(_) => redundant[loops + row - closed.first_length()] += 1,
                 }
             }
         });

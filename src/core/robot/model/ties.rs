@@ -1,7 +1,7 @@
 //! Constraints of a robot.
 
 use super::{AnySweeps, LARGEST_GAP, RobotModel};
-use crate::model::constraint::one_sided::{TAKEN_UP, TAUT};
+use crate::model::constraint::one_sided::{BECOMES_TAUT, TAUT};
 use crate::model::{Flaw, OneSided, Switch, Tied};
 use crate::numerics::linalg::Matrix;
 
@@ -79,23 +79,23 @@ impl OneSided for RobotModel {
             return Switch::Nothing;
         }
         let mut slack = self.slack();
-        let mut has_taken_up = false;
+        let mut has_activated = false;
         let rest = vec![0.0; q.len()];
         for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
-            if *is_slack && by > TAKEN_UP {
-                (*is_slack, has_taken_up) = (false, true);
+            if *is_slack && by > BECOMES_TAUT {
+                (*is_slack, has_activated) = (false, true);
             }
         }
         let first = multipliers.len() - slack.len();
         let lowest =
             (0..slack.len()).min_by(|&i, &j| multipliers[first + i].total_cmp(&multipliers[first + j]));
         let switch = match lowest.filter(|&i| multipliers[first + i] < 0.0) {
-            _ if has_taken_up => Switch::TakenUp,
+            _ if has_activated => Switch::Activated,
             None => return Switch::Nothing,
             Some(lowest) => {
                 slack[lowest] = true;
                 multipliers[first + lowest] = 0.0;
-                Switch::LetGo
+                Switch::Released
             }
         };
         self.set_slack(&slack);

@@ -1,7 +1,7 @@
 //! Gaps of closed loops and inextensible tendons, and their multipliers.
 
 use super::Sweeps;
-use crate::model::Holder;
+use crate::model::Constraint;
 use crate::numerics::lie::Vector;
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Row;
@@ -47,15 +47,15 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// The constraint with the largest gap relative to these sizes, this gap, and its size.
-    pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<(Holder, f64, f64)> {
-        if self.plan.effects.loops.held_by.is_empty() {
+    pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<(Constraint, f64, f64)> {
+        if self.plan.effects.loops.constraints.is_empty() {
             return None;
         }
         self.update_constraints(q);
         let mut gaps = std::mem::take(&mut self.work.effects.loops.gaps);
         loops::values(&self.plan, &self.work, q, &mut gaps);
-        let mut widest: Option<(Holder, f64, f64)> = None;
-        for ((&held, gap), &size) in self.plan.effects.loops.held_by.iter().zip(&gaps).zip(sizes) {
+        let mut widest: Option<(Constraint, f64, f64)> = None;
+        for ((&held, gap), &size) in self.plan.effects.loops.constraints.iter().zip(&gaps).zip(sizes) {
             if gap.is_nan()
                 || widest.is_none_or(|(_, widest, of_widest)| gap.abs() * of_widest > widest * size)
             {
@@ -66,7 +66,7 @@ impl<G: Turning> Sweeps<G> {
         let Self { plan, work, .. } = self;
         let turned = plan.effects.loops.ties.iter().find_map(|tie| {
             let by = loops::turned_away(plan, work, tie)?;
-            Some((plan.effects.loops.held_by[tie.first], by, 1.0))
+            Some((plan.effects.loops.constraints[tie.first], by, 1.0))
         });
         turned.or(widest)
     }

@@ -183,9 +183,9 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// The hardest impact in a step that ends in a motion of the same shape.
-    pub(crate) fn hardest_impact(&mut self, motion: [&[f64]; 3]) -> Option<query::Hardest> {
+    pub(crate) fn fastest_impact(&mut self, motion: [&[f64]; 3]) -> Option<query::FastestImpact> {
         self.update_motion(motion);
-        query::hardest_impact(&self.plan, &self.work)
+        query::fastest_impact(&self.plan, &self.work)
     }
 
     /// Whether surfaces touch in the state evaluated last.

@@ -115,7 +115,7 @@ impl<G: Turning> Sweeps<G> {
     /// Creates memory and selects the best instruction set for a plan.
     pub(crate) fn new(plan: Plan<G>) -> Self {
         let mut work = Workspace::new(&plan);
-        time::tell(&plan, &mut work);
+        time::set_constant_commands(&plan, &mut work);
         let (tangent, zeros) = (TangentWorkspace::new(&plan), vec![0.0; plan.n]);
         let (dissipates, is_lone_rod) = (effects::dissipates(&plan), lone_rod::is_lone(&plan));
         Self { work, tangent, zeros, dissipates, is_lone_rod, plan: Arc::new(plan), undecided: None }

@@ -119,21 +119,22 @@ mod tests {
         let start: [&[f64]; 2] = [&[0.0], &[0.0]];
         let tolerances: [&[f64]; 2] = [&[1e-6], &[1e-9]];
         let mut stepper = StepperOf::<Vec<f64>>::new((0.0, 1.0), start, &options, tolerances);
-        let told = |stepper: &StepperOf<Vec<f64>>| stepper.explain(Status::StepFailed(Failure::NotConverged));
-        let plain = told(&stepper);
+        let explained =
+            |stepper: &StepperOf<Vec<f64>>| stepper.explain(Status::StepFailed(Failure::NotConverged));
+        let plain = explained(&stepper);
         assert!(plain.ends_with("the result ends there. Reduce `dt` or use adaptive steps."), "{plain}");
         assert!(["contact", "tendon", "loop"].iter().all(|other| !plain.contains(other)), "{plain}");
         stepper.rtol[0] = 1e-14;
-        assert!(told(&stepper).contains("Loosen `rtol`"));
+        assert!(explained(&stepper).contains("Loosen `rtol`"));
         stepper.a.push(0.0);
-        assert!(told(&stepper).contains("with closed loops or tendons that do not stretch"));
+        assert!(explained(&stepper).contains("with closed loops or tendons that do not stretch"));
         (stepper.is_one_sided, stepper.lengths) = (true, Lengths::Jump);
-        assert!(told(&stepper).contains(
+        assert!(explained(&stepper).contains(
             "lengths of tendons that do not stretch jump; the result ends there. Take a smaller `dt`, change"
         ));
         stepper.unilateral.has_touched = true;
         assert!(
-            told(&stepper)
+            explained(&stepper)
                 .contains("in which surfaces touch; the result ends there. Take a `dt` that is shorter")
         );
     }

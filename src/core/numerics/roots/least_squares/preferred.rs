@@ -59,7 +59,7 @@ pub struct Form {
 
 impl Form {
     /// Moves from a root to the preferred one nearby; returns whether it converged. Otherwise x is unchanged.
-    pub fn settle(
+    pub fn refine(
         &self,
         system: &mut dyn LeastSquares,
         x: &mut [f64],

@@ -6,7 +6,7 @@ use crate::robot::description::Robot;
 
 /// The row of the tendon with the largest tension in a shape; of inextensible ones, if any is taut, the one that exceeds its length
 /// most. `length` is that of the robot.
-pub(crate) fn hardest(cords: &Cords, length: f64) -> Option<usize> {
+pub(crate) fn most_loaded(cords: &Cords, length: f64) -> Option<usize> {
     let rows = 0..cords.excesses.len();
     let is_rigid = |row: &usize| cords.stiffness[*row].is_infinite();
     let taut = rows.clone().filter(is_rigid).filter(|&row| cords.excesses[row] > -TAUT * length);

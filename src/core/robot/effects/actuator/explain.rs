@@ -20,16 +20,16 @@ pub(crate) fn explain(robot: &Robot, of_actuators: &[OfActuator]) -> Vec<Explain
             None => groups.push(Group { kind, names: vec![actuator.name()], parts }),
         }
     }
-    let mut told: Vec<Explained> = groups.iter().flat_map(Group::told).collect();
-    if told.is_empty() {
-        told.push((false, "actuators".into(), "none".into()));
+    let mut explained: Vec<Explained> = groups.iter().flat_map(Group::explained).collect();
+    if explained.is_empty() {
+        explained.push((false, "actuators".into(), "none".into()));
     }
     let inputs = robot.inputs().names();
     if !inputs.is_empty() {
         let why = format!("{}: set from outside, with exact derivatives", inputs.join(", "));
-        told.push((true, "inputs".into(), why));
+        explained.push((true, "inputs".into(), why));
     }
-    told
+    explained
 }
 
 /// Actuators with identical text.
@@ -51,19 +51,19 @@ impl Group<'_> {
         }
     }
 
-    fn told(&self) -> Vec<Explained> {
+    fn explained(&self) -> Vec<Explained> {
         let name = self.name();
         let present = |part: &Part| {
             let what = if part.name.is_empty() { name.clone() } else { format!("{name}, {}", part.name) };
             Some((true, what, part.text.clone()?))
         };
-        let mut told: Vec<Explained> = self.parts.iter().filter_map(present).collect();
+        let mut explained: Vec<Explained> = self.parts.iter().filter_map(present).collect();
         let absent = self.parts.iter().filter(|part| part.text.is_none());
         let absent: Vec<&str> = absent.map(|part| part.name).collect();
         if !absent.is_empty() {
-            told.push((false, name, absent.join(", ")));
+            explained.push((false, name, absent.join(", ")));
         }
-        told
+        explained
     }
 }
 

@@ -51,10 +51,10 @@ pub(crate) struct ActuationState<P> {
 /// length and to the command.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sliding {
-    pub(crate) told: f64,
+    pub(crate) commanded: f64,
     pub(crate) value: f64,
     pub(crate) of_rate: f64,
-    pub(crate) of_told: f64,
+    pub(crate) of_command: f64,
 }
 
 /// State of a straight part of a tendon, in the frame of the plan.
@@ -130,7 +130,7 @@ impl<P: Scalar> ActuationState<P> {
             gradients: vec![0.0; number * n],
             distributions: vec![0.0; if has_friction { number * n } else { 0 }],
             work_rates: vec![0.0; number],
-            slidings: vec![Sliding { told: f64::NAN, ..Sliding::default() }; number],
+            slidings: vec![Sliding { commanded: f64::NAN, ..Sliding::default() }; number],
             lines: vec![LineState::new(); actuation.lines.len()],
             world_points: actuation.world_points.iter().map(|&point| [point, Vector::zero()]).collect(),
             ratios: ones,

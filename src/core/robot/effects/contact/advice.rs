@@ -22,7 +22,7 @@ pub(crate) fn advice(
 ) -> String {
     let mut said = String::new();
     if let Some(touch) = touches.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
-        said += &pressing(robot, touch, is_ahead);
+        said += &on_contact_point(robot, touch, is_ahead);
     }
     let seen: &[ReportedTouch] = if is_ahead { &[] } else { touches };
     let deepest =
@@ -43,7 +43,7 @@ fn fitting(contact: &Contact, stiffness: f64, overlap: Overlap) -> f64 {
     stiffness * (overlap.share / OVERLAP).powf(power)
 }
 
-fn pressing(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> String {
+fn on_contact_point(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> String {
     let contact = &robot.contacts[touch.contact];
     let stiffness = stiffnesses(robot)[touch.contact];
     let mut needed = needed_stiffness(robot, contact);

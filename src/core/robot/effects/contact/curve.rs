@@ -6,7 +6,7 @@
 
 use crate::numerics::lie::{Lanes, Scalar, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::Curve;
-use crate::robot::effects::contact::shapes::elliptic_tube::Course;
+use crate::robot::effects::contact::shapes::elliptic_tube::Continuation;
 use crate::robot::effects::contact::shapes::{bracket, distance};
 use crate::robot::effects::contact::state::{ContactState, Span, Term};
 use crate::robot::plan::Plan;
@@ -258,13 +258,13 @@ impl Part<'_> {
     }
 
     /// The continuation of a tube with these sections at a fraction of the part.
-    pub(super) fn course(&self, x: f64) -> Course {
+    pub(super) fn continuation(&self, x: f64) -> Continuation {
         let [_, slope, bend] = self.at(x);
         let square = slope.dot(slope).max(f64::MIN_POSITIVE);
         // Towards the middle, so that it is within the part.
         let next = if x < 0.5 { x + BESIDE } else { x - BESIDE };
         let across = bend - slope * (slope.dot(bend) / square);
-        Course {
+        Continuation {
             bend: across * square.recip(),
             beyond: self.semi_axes(next).unwrap_or_default(),
             step: (next - x) * square.sqrt(),

@@ -10,14 +10,14 @@ pub(crate) fn explain(robot: &Robot) -> Vec<Explained> {
     if robot.contacts.is_empty() {
         return vec![(false, "contact".to_owned(), "none".to_owned())];
     }
-    let told = |(contact, stiffness): (&Contact, f64)| {
+    let line = |(contact, stiffness): (&Contact, f64)| {
         (true, format!("contact {}", contact.name), pair(robot, contact, stiffness))
     };
-    let mut said: Vec<_> = robot.contacts.iter().zip(stiffnesses(robot)).map(told).collect();
+    let mut lines: Vec<_> = robot.contacts.iter().zip(stiffnesses(robot)).map(line).collect();
     let pairs = counted(robot.contacts.len(), "pair");
     let why = format!("{pairs}, in every step; Newmark's method is generalised alpha with rho_inf = 0.8");
-    said.push((true, "contact".to_owned(), why));
-    said
+    lines.push((true, "contact".to_owned(), why));
+    lines
 }
 
 /// Describes a pair of surfaces with its stiffness and friction.
@@ -84,8 +84,8 @@ mod tests {
             ..Contact::between("floor", [Surface::Rod { link: 0 }, floor])
         };
         let robot = Robot { contacts: vec![contact], ..Robot::new(vec![rod]) };
-        let told = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
-        let touching = told(&robot);
+        let explained = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
+        let touching = explained(&robot);
         // pi/4 E / (1 - nu^2) with nu = 0.25
         for wanted in [
             "contact floor",
@@ -93,6 +93,6 @@ mod tests {
         ] {
             assert!(touching.contains(wanted), "{wanted}: {touching}");
         }
-        assert!(!told(&Robot { contacts: Vec::new(), ..robot }).contains("half space"));
+        assert!(!explained(&Robot { contacts: Vec::new(), ..robot }).contains("half space"));
     }
 }

@@ -142,8 +142,8 @@ fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Near
         let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
         let is_inside = slope.dot(way).abs() <= AT_RIGHT_ANGLE * (square * way.dot(way)).sqrt();
         let section = Section { centre: position, along, semi_axes };
-        let course = is_inside.then(|| part.course(x));
-        let distance = elliptic_tube::distance(point, &section, course.as_ref());
+        let continuation = is_inside.then(|| part.continuation(x));
+        let distance = elliptic_tube::distance(point, &section, continuation.as_ref());
         return Nearest { distance, on, centre: None, radius: smaller(semi_axes), is_carried: true };
     }
     // The surface is curved about the axis, unless the place is an end.

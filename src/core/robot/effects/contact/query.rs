@@ -125,7 +125,7 @@ pub(crate) fn parting<G: Turning>(
         let overlap = touch.contact_point.overlap;
         let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.contact_force.stiffening());
         let is_coarse = h * h * stiffness > COARSE;
-        let contact_force = if by_weight { pressing_weight(plan, work, touch) } else { -unpushed };
+        let contact_force = if by_weight { acceleration_by_weight(plan, work, touch) } else { -unpushed };
         let began = (overlap + 0.5 * since * (before + touch.contact_force.rate)).max(0.0);
         let square = before * before + (stiffness * began - 2.0 * contact_force) * began;
         if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
@@ -142,7 +142,7 @@ pub(crate) fn parting<G: Turning>(
 }
 
 /// The acceleration with which the weight alone presses the surfaces at a contact point together.
-fn pressing_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch) -> f64 {
+fn acceleration_by_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch) -> f64 {
     let falls = |side: &Standing| match *side {
         Standing::Still => false,
         Standing::On(fixture) => plan.effects.contacts.fixtures[fixture].point.is_some(),
@@ -160,7 +160,7 @@ fn opening<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize) -> f64 {
 }
 
 /// The hardest of the impacts in a step.
-pub(crate) struct Hardest {
+pub(crate) struct FastestImpact {
     /// Index of the contact in the robot.
     pub(crate) contact: usize,
     /// Speed of the rebound over that of the approach.
@@ -170,7 +170,7 @@ pub(crate) struct Hardest {
 }
 
 /// The impact with the highest speed of approach; motion and stored rates are as for [`is_jolted`].
-pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<Hardest> {
+pub(crate) fn fastest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<FastestImpact> {
     /// Number of steps in an impact, which takes `pi / omega`, that return more than nine tenths of its energy.
     const STEPS: f64 = 20.0;
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
@@ -187,7 +187,7 @@ pub(crate) fn hardest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     let of_others = || touches.filter_map(|(t, (touch, _))| square(t, touch)).reduce(f64::min);
     let square = square(t, touch).or_else(|| if is_stopped { of_others() } else { None })?;
     let Law { dissipation, .. } = touch.contact_point.law;
-    Some(Hardest {
+    Some(FastestImpact {
         contact: plan.effects.contacts.pairs[touch.pair].contact,
         rebound: rebound(-dissipation * before),
         longest: PI / STEPS * square.sqrt(),

@@ -25,10 +25,10 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// Surfaces count as having passed through each other if they overlap on the way by more than this part of a radius.
+/// Surfaces count as having passed through each other if they overlap on the path by more than this part of a radius.
 const DEEP: f64 = 0.5;
 
-/// Surfaces count as having touched on the way if they overlap by more than [`DEEP`] of this part of a radius.
+/// Surfaces count as having touched on the path if they overlap by more than [`DEEP`] of this part of a radius.
 const TOUCHED: f64 = 0.04;
 
 /// Paths and patches shorter than this part of the radius cannot contain such an overlap unseen.
@@ -70,13 +70,13 @@ pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
 }
 
 /// Computes how far the curves have moved since the stored shape.
-fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+fn measure_displacements<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let ContactState { cached: Cached { places, moved, .. }, samples, .. } = &mut work.effects.contact;
     moved.clear();
     moved.extend(plan.effects.contacts.curves.iter().map(|curve| {
         let own = curve.first_sample..curve.first_sample + curve.samples.len();
-        let ways = places[own.clone()].iter().zip(&samples[own]);
-        ways.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
+        let paths = places[own.clone()].iter().zip(&samples[own]);
+        paths.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
     }));
     let ContactState { cached, bounds: now, .. } = &mut work.effects.contact;
     let Cached { bounds, swept, branches, .. } = cached;
@@ -90,19 +90,19 @@ fn measure_ways<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
 
 /// Whether the surfaces of any pair have passed through each other between the stored shape and the one evaluated last.
 pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
-    measure_ways(plan, work);
+    measure_displacements(plan, work);
     if have_rods_crossed(plan, work, measure) {
         return true;
     }
-    let ways = Ways { plan, q: &work.kinematics_of, contact: &work.effects.contact, measure };
+    let paths = Paths { plan, q: &work.kinematics_of, contact: &work.effects.contact, measure };
     plan.effects.contacts.pairs.iter().any(|pair| match &pair.sides {
         [Side::Rod(_), Side::Rod(_)] => false,
         [Side::Rod(curves), Side::Ball(ball)] => {
-            let (there, other) = (ways.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
+            let (there, other) = (paths.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
             let solid = Solid::Ball { centre: Vector::zero(), radius: other };
             curves.clone().any(|c| {
-                ways.parts(c).any(|part| {
-                    Patch::beside(part.ways, there).is_deep_in(
+                paths.parts(c).any(|part| {
+                    Patch::beside(part.paths, there).is_deep_in(
                         &solid,
                         part.thin,
                         measure.of(part.thin, other),
@@ -111,43 +111,43 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
             })
         }
         [Side::Rod(curves), Side::Solid(solid)] => {
-            if let Some(moving) = ways.moving(*solid) {
+            if let Some(moving) = paths.moving(*solid) {
                 return moving.solid.can_be_passed()
                     && curves
                         .clone()
-                        .any(|c| ways.parts(c).any(|part| moving.meets(part.ways, part.thin, measure)));
+                        .any(|c| paths.parts(c).any(|part| moving.meets(part.paths, part.thin, measure)));
             }
             let solid = &plan.effects.contacts.solids[*solid].solid;
             curves.clone().any(|c| {
-                let (centre, radius) = ways.bound(c);
+                let (centre, radius) = paths.bound(c);
                 solid.can_be_passed()
                     && solid.distance(centre).value <= radius
-                    && ways.parts(c).any(|part| {
-                        Patch(part.ways).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
+                    && paths.parts(c).any(|part| {
+                        Patch(part.paths).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
                     })
             })
         }
         [Side::Ball(ball), second] => {
-            let (way, radius) = (ways.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
+            let (path, radius) = (paths.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
             match second {
                 Side::Ball(other) => {
-                    let (there, other) = (ways.of_ball(*other), plan.effects.contacts.balls[*other].radius);
+                    let (there, other) = (paths.of_ball(*other), plan.effects.contacts.balls[*other].radius);
                     let solid = Solid::Ball { centre: Vector::zero(), radius: other };
-                    Patch::beside([way; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
+                    Patch::beside([path; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
                 }
                 Side::Solid(solid) => {
-                    if let Some(moving) = ways.moving(*solid) {
-                        return moving.solid.can_be_passed() && moving.meets([way; 2], radius, measure);
+                    if let Some(moving) = paths.moving(*solid) {
+                        return moving.solid.can_be_passed() && moving.meets([path; 2], radius, measure);
                     }
                     let solid = &plan.effects.contacts.solids[*solid].solid;
                     solid.can_be_passed()
-                        && Patch([way; 2]).is_deep_in(solid, radius, measure.beside(radius, solid))
+                        && Patch([path; 2]).is_deep_in(solid, radius, measure.beside(radius, solid))
                 }
                 Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
             }
         }
         [Side::Body(body), Side::Solid(solid)] => {
-            ways.has_body_tunnelled(&plan.effects.contacts.bodies[*body], *solid)
+            paths.has_body_tunnelled(&plan.effects.contacts.bodies[*body], *solid)
         }
         [Side::Solid(_), _] | [_, Side::Body(_)] | [Side::Body(_), _] => false,
     })
@@ -165,8 +165,8 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
             for curve in [c, o] {
                 detection::look_closely(plan, &work.slope, &mut state, curve);
             }
-            let ways = Ways { plan, q: &work.kinematics_of, contact: &state, measure };
-            ways.swept(c).meets(&ways.swept(o)) && ways.have_crossed(pair, c, o)
+            let paths = Paths { plan, q: &work.kinematics_of, contact: &state, measure };
+            paths.swept(c).meets(&paths.swept(o)) && paths.have_crossed(pair, c, o)
         })
     });
     state.near = near;
@@ -204,11 +204,11 @@ impl Radius {
 }
 
 /// Previous and present position of a place.
-type Way = [Vector<f64>; 2];
+type Path = [Vector<f64>; 2];
 
 /// A part of a curve between two samples, with the paths of its ends.
 struct Part {
-    ways: [Way; 2],
+    paths: [Path; 2],
     radius: f64,
     /// Its smallest half extent: a surface that passes through it comes closer than this.
     thin: f64,
@@ -219,12 +219,12 @@ struct Part {
 impl Part {
     /// A ball around the volume that it sweeps.
     fn bound(&self) -> (Vector<f64>, f64) {
-        let (centre, radius) = Patch(self.ways).bound();
+        let (centre, radius) = Patch(self.paths).bound();
         (centre, radius + self.radius)
     }
 }
 
-struct Ways<'a, G: Turning> {
+struct Paths<'a, G: Turning> {
     plan: &'a Plan<G>,
     /// Present coordinates.
     q: &'a [f64],
@@ -232,7 +232,7 @@ struct Ways<'a, G: Turning> {
     measure: Radius,
 }
 
-impl<G: Turning> Ways<'_, G> {
+impl<G: Turning> Paths<'_, G> {
     /// A ball around the volume that a curve sweeps.
     fn bound(&self, curve: usize) -> (Vector<f64>, f64) {
         self.contact.cached.swept[curve]
@@ -243,7 +243,7 @@ impl<G: Turning> Ways<'_, G> {
         self.contact.chords[curve].widened(self.contact.cached.moved[curve])
     }
 
-    fn of_ball(&self, ball: usize) -> Way {
+    fn of_ball(&self, ball: usize) -> Path {
         [self.contact.cached.centres[ball], self.contact.centres[ball]]
     }
 
@@ -264,7 +264,7 @@ impl<G: Turning> Ways<'_, G> {
         let own = body.first_corner..body.first_corner + body.corners.len();
         let corners =
             || self.contact.cached.corners[own.clone()].iter().zip(&self.contact.corners[own.clone()]);
-        let way = |corner: usize| {
+        let path = |corner: usize| {
             let k = body.first_corner + corner;
             [self.contact.cached.corners[k], self.contact.corners[k]]
         };
@@ -272,19 +272,19 @@ impl<G: Turning> Ways<'_, G> {
         let fixed = &self.plan.effects.contacts.solids[solid].solid;
         let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
         let moving = self.moving(solid);
-        let is_deep = |ways: [Way; 2]| match &moving {
-            Some(moving) => moving.goes_deep(ways, radius, measure),
-            None => Patch(ways).is_deep_in(fixed, radius, measure),
+        let is_deep = |paths: [Path; 2]| match &moving {
+            Some(moving) => moving.goes_deep(paths, radius, measure),
+            None => Patch(paths).is_deep_in(fixed, radius, measure),
         };
         if moving.is_none() {
-            let [before, now] = way(0);
+            let [before, now] = path(0);
             let nearest = fixed.distance(now).value.min(fixed.distance(before).value);
             if nearest > radius + body.size + fastest {
                 return false;
             }
         }
-        body.edges.iter().any(|ends| is_deep(ends.map(way)))
-            || (body.edges.is_empty() && (0..body.corners.len()).any(|k| is_deep([way(k); 2])))
+        body.edges.iter().any(|ends| is_deep(ends.map(path)))
+            || (body.edges.is_empty() && (0..body.corners.len()).any(|k| is_deep([path(k); 2])))
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
@@ -293,7 +293,7 @@ impl<G: Turning> Ways<'_, G> {
         let places = &self.contact.cached.places[seen.clone()];
         let samples = &self.contact.samples[seen];
         curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
-            ways: [i, i + 1].map(|i| [places[i], samples[i][0]]),
+            paths: [i, i + 1].map(|i| [places[i], samples[i][0]]),
             radius: 0.5 * (ends[0].radius + ends[1].radius),
             thin: ends.iter().map(|end| 0.5 * end.half_extents[0].min(end.half_extents[1])).sum(),
             arc: curve.start + ends[0].x * curve.length,
@@ -340,7 +340,7 @@ impl<'a> Moving<'a> {
     }
 
     /// Position in the solid's axes of a place at a fraction of its path.
-    fn see(&self, [from, to]: Way, x: f64) -> Vector<f64> {
+    fn see(&self, [from, to]: Path, x: f64) -> Vector<f64> {
         let [before, now] = &self.poses;
         if x >= 1.0 {
             return now.see(to);
@@ -351,29 +351,29 @@ impl<'a> Moving<'a> {
     }
 
     /// Whether a rod or a ball of this radius on these paths comes deeper into it than at the start, by the depth of `measure`.
-    fn meets(&self, ways: [Way; 2], radius: f64, measure: Radius) -> bool {
-        self.goes_deep(ways, radius, measure.beside(radius, self.solid))
+    fn meets(&self, paths: [Path; 2], radius: f64, measure: Radius) -> bool {
+        self.goes_deep(paths, radius, measure.beside(radius, self.solid))
     }
 
     /// Whether it comes deeper than half of `measure` and deeper than at the start.
-    fn goes_deep(&self, ways: [Way; 2], radius: f64, measure: f64) -> bool {
+    fn goes_deep(&self, paths: [Path; 2], radius: f64, measure: f64) -> bool {
         let [before, now] = &self.poses;
         let mut bend: f64 = 0.0;
         let angle = self.turn.dot(self.turn).sqrt();
-        for [from, to] in ways {
+        for [from, to] in paths {
             let [from, to] = [from - before.position, to - now.position];
             let away = from.dot(from).max(to.dot(to)).sqrt();
             bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
         }
         if self.most_turn > LARGEST_TURN {
             // It may have been in any orientation.
-            let beside = |[from, to]: Way| [from - before.position, to - now.position];
-            let (centre, around) = Patch(ways.map(beside)).bound();
+            let beside = |[from, to]: Path| [from - before.position, to - now.position];
+            let (centre, around) = Patch(paths.map(beside)).bound();
             return measure > 0.0 && centre.dot(centre).sqrt() < self.solid.reach() + radius + around;
         }
         // A curve deviates from its chord by at most an eighth of its second derivative.
         bend /= 8.0;
-        let whole = Patch(ways.map(|way| [self.see(way, 0.0), self.see(way, 1.0)]));
+        let whole = Patch(paths.map(|path| [self.see(path, 0.0), self.see(path, 1.0)]));
         let (centre, around) = whole.bound();
         if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
             return false;
@@ -381,14 +381,14 @@ impl<'a> Moving<'a> {
         let pieces = ((bend / (STRAIGHT * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
         let left = bend / (pieces * pieces) as f64;
         let deep = radius - DEEP * measure + left;
-        let [way, _] = whole.extents();
-        if way + 2.0 * bend <= SHALLOW * measure {
+        let [path, _] = whole.extents();
+        if path + 2.0 * bend <= SHALLOW * measure {
             return false;
         }
         let Some(deep) = deeper(whole.begins(self.solid), deep) else { return false };
         (0..pieces).any(|i| {
             let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
-            let piece = Patch(ways.map(|way| [self.see(way, from), self.see(way, to)]));
+            let piece = Patch(paths.map(|path| [self.see(path, from), self.see(path, to)]));
             piece.comes_nearer(self.solid, deep, SHALLOW * measure)
         })
     }
@@ -407,12 +407,12 @@ fn deeper(start: f64, deep: f64) -> Option<f64> {
 }
 
 /// The bilinear patch between two paths, in space or relative to a moving surface.
-struct Patch([Way; 2]);
+struct Patch([Path; 2]);
 
 impl Patch {
     /// Two paths relative to a third one.
-    fn beside(ways: [Way; 2], there: Way) -> Self {
-        Self(ways.map(|way| [way[0] - there[0], way[1] - there[1]]))
+    fn beside(paths: [Path; 2], there: Path) -> Self {
+        Self(paths.map(|path| [path[0] - there[0], path[1] - there[1]]))
     }
 
     /// A bounding ball.
@@ -430,8 +430,8 @@ impl Patch {
 
     /// Whether a rod or a ball of this radius that moves along it comes deeper into a solid than half of `measure` and than at the start.
     fn is_deep_in(&self, solid: &Solid, radius: f64, measure: f64) -> bool {
-        let [way, _] = self.extents();
-        if measure <= 0.0 || way <= SHALLOW * measure {
+        let [path, _] = self.extents();
+        if measure <= 0.0 || path <= SHALLOW * measure {
             return false;
         }
         deeper(self.begins(solid), radius - DEEP * measure)
@@ -474,19 +474,19 @@ impl Patch {
 /// Whether two parts of rods come closer to each other on their paths than allowed ([`deeper`]).
 fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
     let measure = measure.of(part.thin, other.thin);
-    let moved = |way: Way| way[1] - way[0];
+    let moved = |path: Path| path[1] - path[0];
     let mut fastest: f64 = 0.0;
-    for way in part.ways {
-        for there in other.ways {
-            fastest = fastest.max(distance(moved(way), moved(there)));
+    for path in part.paths {
+        for there in other.paths {
+            fastest = fastest.max(distance(moved(path), moved(there)));
         }
     }
     let shallow = SHALLOW * measure;
     if measure <= 0.0 || fastest <= shallow {
         return false;
     }
-    let at = |ways: [Way; 2], x: f64| ways.map(|[from, to]| from + (to - from) * x);
-    let between = |x: f64| distance_of_segments(at(part.ways, x), at(other.ways, x));
+    let at = |paths: [Path; 2], x: f64| paths.map(|[from, to]| from + (to - from) * x);
+    let between = |x: f64| distance_of_segments(at(part.paths, x), at(other.paths, x));
     let start = between(0.0);
     let Some(deep) = deeper(start, part.thin + other.thin - DEEP * measure) else { return false };
     let mut x = (start - deep + shallow) / fastest;
@@ -509,12 +509,12 @@ mod tests {
         (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(|(x, y, z)| Vector::new(x, y, z))
     }
 
-    fn way() -> impl Strategy<Value = Way> {
+    fn path() -> impl Strategy<Value = Path> {
         (vector(), vector()).prop_map(|(a, b)| [a, b])
     }
 
-    fn on(ways: [Way; 2], s: f64, x: f64) -> Vector<f64> {
-        let [a, b] = ways.map(|[from, to]| from + (to - from) * x);
+    fn on(paths: [Path; 2], s: f64, x: f64) -> Vector<f64> {
+        let [a, b] = paths.map(|[from, to]| from + (to - from) * x);
         a + (b - a) * s
     }
 
@@ -525,7 +525,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn segments_are_as_near_as_their_nearest_places(a in way(), b in way()) {
+        fn segments_are_as_near_as_their_nearest_places(a in path(), b in path()) {
             let found = distance_of_segments(a, b);
             let tried = least(60, |x| {
                 let place = a[0] + (a[1] - a[0]) * x;
@@ -535,14 +535,14 @@ mod tests {
         }
 
         #[test]
-        fn patches_that_go_through_a_ball_are_seen(ways in (way(), way()), centre in vector(), radius in 0.01..0.2) {
-            let (ways, solid) = ([ways.0, ways.1], Solid::Ball { centre, radius });
+        fn patches_that_go_through_a_ball_are_seen(paths in (path(), path()), centre in vector(), radius in 0.01..0.2) {
+            let (paths, solid) = ([paths.0, paths.1], Solid::Ball { centre, radius });
             let thick = 0.05;
             let smallest = Radius::Smaller.of(thick, radius);
-            let overlap = |s: f64, x: f64| thick - solid.distance(on(ways, s, x)).value;
+            let overlap = |s: f64, x: f64| thick - solid.distance(on(paths, s, x)).value;
             let deepest = -least(200, |x| least(200, |s| -overlap(s, x)));
             let at_start = -least(200, |s| -overlap(s, 0.0));
-            let found = Patch(ways).is_deep_in(&solid, thick, smallest);
+            let found = Patch(paths).is_deep_in(&solid, thick, smallest);
             if at_start < DEEP * smallest && deepest > (DEEP + 2.0 * SHALLOW) * smallest {
                 prop_assert!(found);
             }
@@ -552,11 +552,11 @@ mod tests {
         }
 
         #[test]
-        fn rods_that_cross_are_seen(a in (way(), way()), b in (way(), way())) {
-            let part = |ways: (Way, Way)| Part { ways: [ways.0, ways.1], radius: 0.05, thin: 0.05, arc: 0.0, length: 1.0 };
+        fn rods_that_cross_are_seen(a in (path(), path()), b in (path(), path())) {
+            let part = |paths: (Path, Path)| Part { paths: [paths.0, paths.1], radius: 0.05, thin: 0.05, arc: 0.0, length: 1.0 };
             let (a, b) = (part(a), part(b));
             let nearest = |x: f64| {
-                let at = |part: &Part| part.ways.map(|[from, to]| from + (to - from) * x);
+                let at = |part: &Part| part.paths.map(|[from, to]| from + (to - from) * x);
                 distance_of_segments(at(&a), at(&b))
             };
             let deep = 2.0 * 0.05 - DEEP * 0.05;

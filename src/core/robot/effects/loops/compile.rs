@@ -1,7 +1,7 @@
 //! Compiles closed loops to constraints of a plan.
 
 use crate::description::joint::{Joint, across, unit};
-use crate::model::Holder;
+use crate::model::Constraint;
 use crate::numerics::lie::{Quaternion, Rotation, Vector};
 use crate::robot::algebra::tie::{Frame, Row};
 use crate::robot::compile::links::Tree;
@@ -57,11 +57,11 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let is_gear = |l: usize| matches!(robot.loops[l].tie, Tie::Coordinates { .. });
     let in_order =
         (0..robot.loops.len()).filter(|&l| !is_gear(l)).chain((0..robot.loops.len()).filter(|&l| is_gear(l)));
-    let of_loops = in_order.flat_map(|l| std::iter::repeat_n(Holder::Loop(l), robot.loops[l].tie.rows()));
+    let of_loops = in_order.flat_map(|l| std::iter::repeat_n(Constraint::Loop(l), robot.loops[l].tie.rows()));
     let is_inextensible = |&i: &usize| robot.actuators[i].is_inextensible();
     loops.lengths = (0..robot.actuators.len()).filter(is_inextensible).collect();
     loops.rows += loops.lengths.len();
-    loops.held_by = of_loops.chain(loops.lengths.iter().map(|&i| Holder::Tendon(i))).collect();
+    loops.constraints = of_loops.chain(loops.lengths.iter().map(|&i| Constraint::Tendon(i))).collect();
     plan.has_dead_loads |= !loops.ties.is_empty();
     plan.effects.loops = loops;
 }

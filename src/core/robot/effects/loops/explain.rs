@@ -97,8 +97,8 @@ mod tests {
 
     #[test]
     fn loops_are_told_with_what_is_redundant_where_they_are_closed() {
-        let told = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
-        let closed = told(&bars(0.4));
+        let explained = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
+        let closed = explained(&bars(0.4));
         for wanted in [
             "loop pin                                  5 constraints: revolute joint, b to the world",
             "5 constraints held by multipliers: 7 unknowns of a step",
@@ -107,8 +107,8 @@ mod tests {
         ] {
             assert!(closed.contains(wanted), "{wanted}: {closed}");
         }
-        assert!(!told(&bars(0.3)).contains("redundant"));
-        let open = told(&Robot { loops: Vec::new(), ..bars(0.3) });
+        assert!(!explained(&bars(0.3)).contains("redundant"));
+        let open = explained(&Robot { loops: Vec::new(), ..bars(0.3) });
         assert!(!open.contains("loop pin") && open.contains("closed loops"));
     }
 

@@ -1,6 +1,6 @@
 //! Compiled closed loops: constraints `g(q) = 0` between two frames, row by row.
 
-use crate::model::Holder;
+use crate::model::Constraint;
 use crate::numerics::lie::Vector;
 use crate::robot::algebra::tie::{Frame, Row};
 
@@ -17,7 +17,7 @@ pub(crate) struct Loops<P> {
     /// Total number of rows.
     pub(crate) rows: usize,
     /// The constraint to which each row belongs.
-    pub(crate) held_by: Vec<Holder>,
+    pub(crate) constraints: Vec<Constraint>,
 }
 
 impl<P> Loops<P> {

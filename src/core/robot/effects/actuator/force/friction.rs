@@ -42,14 +42,14 @@ fn corner(before: Vector<f64>, after: Vector<f64>) -> [f64; 2] {
 }
 
 /// Direction of sliding at a rate of length. A commanded direction is clipped to [-1, 1].
-pub(super) fn sliding(friction: &Friction, told: f64, rate: f64) -> Sliding {
+pub(super) fn sliding(friction: &Friction, commanded: f64, rate: f64) -> Sliding {
     if friction.sliding.is_some() {
-        let of_told = if told.abs() <= 1.0 { 1.0 } else { 0.0 };
-        return Sliding { told, value: told.clamp(-1.0, 1.0), of_rate: 0.0, of_told };
+        let of_command = if commanded.abs() <= 1.0 { 1.0 } else { 0.0 };
+        return Sliding { commanded, value: commanded.clamp(-1.0, 1.0), of_rate: 0.0, of_command };
     }
     let root = rate.hypot(friction.velocity);
     let of_rate = -friction.velocity * friction.velocity / (root * root * root);
-    Sliding { told, value: -rate / root, of_rate, of_told: 0.0 }
+    Sliding { commanded, value: -rate / root, of_rate, of_command: 0.0 }
 }
 
 /// State of a guide at a node.
@@ -226,7 +226,8 @@ pub(super) fn stiffen<P: Lanes>(
     memory.distribution.copy_from_slice(&state.distributions[i * n..][..n]);
     memory.of_sliding.fill(0.0);
     memory.angle_gradient.fill(0.0);
-    let tendon = Rubbing { actuation, state, actuator, coefficient: friction.coefficient, falls, factor };
+    let tendon =
+        TendonWithFriction { actuation, state, actuator, coefficient: friction.coefficient, falls, factor };
     let mut before = None;
     for part in &actuator.path {
         match *part {
@@ -240,7 +241,7 @@ pub(super) fn stiffen<P: Lanes>(
 }
 
 /// A tendon with friction.
-struct Rubbing<'a, P> {
+struct TendonWithFriction<'a, P> {
     actuation: &'a Actuation<P>,
     state: &'a ActuationState<P>,
     actuator: &'a ActuatorPlan,
@@ -250,7 +251,7 @@ struct Rubbing<'a, P> {
     factor: f64,
 }
 
-impl<P: Lanes> Rubbing<'_, P> {
+impl<P: Lanes> TendonWithFriction<'_, P> {
     /// The contributions of a straight part, and of the corners to the straight part or the guide before it and to the guide
     /// behind it.
     #[inline(always)]

@@ -92,7 +92,7 @@ fn distribute<G: Turning>(plan: &Plan<G>, state: &mut ActuationState<G::Pack>, q
             state.work_rates[i] = state.rates[i];
             continue;
         };
-        state.slidings[i] = friction::sliding(friction, state.slidings[i].told, state.rates[i]);
+        state.slidings[i] = friction::sliding(friction, state.slidings[i].commanded, state.rates[i]);
         friction::measure(&plan.effects.actuation, state, i, friction, q);
         let along: f64 = distribution(plan, state, i).iter().zip(qd).map(|(force, rate)| force * rate).sum();
         let lines = plan.effects.actuation.lines_of(i).map(|l| &state.lines[l]);
@@ -358,7 +358,7 @@ pub(crate) fn add_input_tangent<G: Turning>(
                 add(k, input, force.of_command * memory.distribution[k]);
             }
             if let Some(input) = sliding {
-                add(k, input, force.value * memory.of_sliding[k] * state.slidings[i].of_told);
+                add(k, input, force.value * memory.of_sliding[k] * state.slidings[i].of_command);
             }
         }
     }
@@ -392,13 +392,13 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
             line::measure(plan, work, q);
             let (state, multipliers) = (&mut work.effects.actuation, &work.effects.loops.multipliers);
             for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
-                let told = match actuator.law {
+                let command = match actuator.law {
                     Law::Inextensible { place } => multipliers[plan.effects.loops.first_length() + place],
                     _ => state.commands[i],
                 };
                 state.forces[i] = match state.held[i] {
                     Some(value) => Force { value, ..Force::default() },
-                    None => law::force(actuator.law, state.lengths[i], state.rates[i], told),
+                    None => law::force(actuator.law, state.lengths[i], state.rates[i], command),
                 };
             }
             distribute(plan, state, q, qd);

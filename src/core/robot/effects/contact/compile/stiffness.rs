@@ -156,8 +156,7 @@ impl Known {
             let is_sprung = link.joint.forces().is_some_and(|forces| forces.stiffness > 0.0);
             let is_drawn = robot.has_magnets()
                 || robot.fluid.as_ref().is_some_and(|fluid| fluid.velocity.iter().any(|v| *v != 0.0));
-            loads.is_unknown |=
-                is_thrown || is_moved || is_sprung || is_drawn || robot.base_motion.is_some();
+            loads.is_unknown |= is_thrown || is_moved || is_sprung || is_drawn || robot.base_motion.is_some();
         }
         for support in &robot.supports {
             loads[roots[support.link]].is_unknown = true;
@@ -180,11 +179,7 @@ impl Known {
 
     /// Whether all forces on the links of a contact are known.
     fn is_complete(&self, contact: &Contact) -> bool {
-        contact
-            .surfaces
-            .iter()
-            .filter_map(Surface::link)
-            .all(|link| !self.loads[self.roots[link]].is_unknown)
+        contact.surfaces.iter().filter_map(Surface::link).all(|link| !self.loads[self.roots[link]].is_unknown)
     }
 
     /// The stiffness at which the overlap is small even if all forces act at one edge; infinite without forces.

@@ -25,7 +25,7 @@ pub(crate) struct Section {
 
 /// Continuation of a tube at a section that is not its end.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Course {
+pub(crate) struct Continuation {
     /// Second derivative of the axis with respect to arc length.
     pub(crate) bend: Vector<f64>,
     /// Semi-axes of the section at this distance along the axis.
@@ -83,9 +83,13 @@ fn from_ellipse([a, b]: [f64; 2], [u, v]: [f64; 2]) -> FromEllipse {
     FromEllipse { value, normal: [normal[0].copysign(u), normal[1].copysign(v)], curvature }
 }
 
-/// Distance of a point from a tube with this section at the nearest point of the axis; without a course, from
+/// Distance of a point from a tube with this section at the nearest point of the axis; without a continuation, from
 /// a rounded cap at the end.
-pub(crate) fn distance(point: Vector<f64>, section: &Section, course: Option<&Course>) -> Distance {
+pub(crate) fn distance(
+    point: Vector<f64>,
+    section: &Section,
+    continuation: Option<&Continuation>,
+) -> Distance {
     let Section { centre, along, semi_axes } = *section;
     let way = point - centre;
     let lengths = semi_axes.map(|axis| axis.dot(axis).sqrt());
@@ -95,7 +99,7 @@ pub(crate) fn distance(point: Vector<f64>, section: &Section, course: Option<&Co
     let tangent = units[1] * x - units[0] * y;
     let bent = curvature / (1.0 + curvature * value).max(f64::EPSILON);
     let around = Symmetric::square(tangent) * bent;
-    let Some(Course { bend, beyond, step }) = course else {
+    let Some(Continuation { bend, beyond, step }) = continuation else {
         // The cap is rounded with the smaller semi-axis, around an ellipse that is narrower by the same
         // amount.
         let radius = lengths[0].min(lengths[1]);
@@ -158,9 +162,9 @@ mod tests {
             let beside = Vector::new(0.0, way.y, way.z);
             prop_assume!(beside.dot(beside) > 0.01);
             let bend = Vector::new(0.0, bend.0, bend.1);
-            let course = Course { bend, beyond: semi_axes, step: 1e-3 };
+            let continuation = Continuation { bend, beyond: semi_axes, step: 1e-3 };
             let seen = Some((along, 1.0 - beside.dot(bend)));
-            let inside = (distance(beside, &section, Some(&course)), Distance::from_curve(beside, 0.3, seen));
+            let inside = (distance(beside, &section, Some(&continuation)), Distance::from_curve(beside, 0.3, seen));
             for (found, known) in [at_end, inside] {
                 prop_assert!((found.value - known.value).abs() < 1e-12);
                 prop_assert!((found.normal - known.normal).dot(found.normal - known.normal) < 1e-20);
@@ -187,8 +191,8 @@ mod tests {
             let along = Vector::new(1.0, 0.0, 0.0);
             let at = |point: Vector<f64>| {
                 let centre = Vector::new(point.x, 0.0, 0.0);
-                let course = Course { bend: Vector::zero(), beyond: section(point.x + 1e-6), step: 1e-6 };
-                distance(point, &Section { centre, along, semi_axes: section(point.x) }, Some(&course))
+                let continuation = Continuation { bend: Vector::zero(), beyond: section(point.x + 1e-6), step: 1e-6 };
+                distance(point, &Section { centre, along, semi_axes: section(point.x) }, Some(&continuation))
             };
             let point = v(place);
             let here = at(point);
@@ -214,8 +218,8 @@ mod tests {
             let at = |point: Vector<f64>| {
                 let is_end = point.x > 0.0;
                 let centre = Vector::new(point.x.min(0.0), 0.0, 0.0);
-                let course = Course { bend: Vector::zero(), beyond: semi_axes, step: 1e-4 };
-                distance(point, &Section { centre, along, semi_axes }, (!is_end).then_some(&course))
+                let continuation = Continuation { bend: Vector::zero(), beyond: semi_axes, step: 1e-4 };
+                distance(point, &Section { centre, along, semi_axes }, (!is_end).then_some(&continuation))
             };
             let point = v(place);
             let here = at(point);

@@ -3,29 +3,29 @@
 use crate::description::signal::{Signal, Timed};
 use crate::robot::effects::actuator::Actuator;
 
-/// A force or a command of a robot.
+/// The signal of a force or a command of a robot, with its place in the description.
 #[derive(Clone, Copy, Debug)]
-pub struct Given<'a> {
+pub struct PlacedSignal<'a> {
     /// List and index of the part to which it belongs, if not to the robot itself.
     owner: Option<(&'static str, usize)>,
     key: &'static str,
-    pub signal: GivenSignal<'a>,
+    pub signal: SignalOf<'a>,
     /// The actuator that it commands.
     pub(super) commands: Option<&'a Actuator>,
 }
 
 /// The signal of a force or a command.
 #[derive(Clone, Copy, Debug)]
-pub enum GivenSignal<'a> {
+pub enum SignalOf<'a> {
     /// A number, such as the command of an actuator.
     Number(&'a Signal<1>),
     /// A vector, such as a force.
     Vector(&'a Signal<3>),
 }
 
-impl<'a> Given<'a> {
+impl<'a> PlacedSignal<'a> {
     pub(super) fn command(i: usize, key: &'static str, signal: &'a Signal<1>, of: &'a Actuator) -> Self {
-        let signal = GivenSignal::Number(signal);
+        let signal = SignalOf::Number(signal);
         Self { owner: Some(("actuators", i)), key, signal, commands: Some(of) }
     }
 
@@ -34,7 +34,7 @@ impl<'a> Given<'a> {
         key: &'static str,
         signal: &'a Signal<3>,
     ) -> Self {
-        Self { owner, key, signal: GivenSignal::Vector(signal), commands: None }
+        Self { owner, key, signal: SignalOf::Vector(signal), commands: None }
     }
 
     /// Its place in the description.
@@ -45,8 +45,8 @@ impl<'a> Given<'a> {
 
     pub(super) fn timed(self) -> &'a dyn Timed {
         match self.signal {
-            GivenSignal::Number(signal) => signal,
-            GivenSignal::Vector(signal) => signal,
+            SignalOf::Number(signal) => signal,
+            SignalOf::Vector(signal) => signal,
         }
     }
 }

@@ -34,7 +34,7 @@ fn drift(frequency: f64, dt: f64) -> f64 {
 
 /// Vibrations of a model about its start, and their strength so far.
 #[derive(Clone, Debug)]
-pub(crate) struct Unseen {
+pub(crate) struct UnresolvedVibrations {
     dt: f64,
     t_span: (f64, f64),
     vibrations: Vec<Vibration>,
@@ -73,7 +73,7 @@ impl Vibration {
     }
 }
 
-impl Unseen {
+impl UnresolvedVibrations {
     /// Vibrations of a run from the state (q, v, a) with steps of size `dt`. `None` for large models, for constrained
     /// models and for models without a spectrum at the start.
     pub(crate) fn new<M: Model>(
@@ -106,9 +106,9 @@ impl Unseen {
                 distance: 0.0,
             }
         });
-        let mut unseen = Self { dt, t_span, vibrations: vibrations.collect() };
-        unseen.step(t_span.0, start[2]);
-        Some(unseen)
+        let mut unresolved = Self { dt, t_span, vibrations: vibrations.collect() };
+        unresolved.step(t_span.0, start[2]);
+        Some(unresolved)
     }
 
     /// Updates the error estimates with the accelerations after a step.

@@ -1,21 +1,21 @@
 //! Forces of springs and taut tendons in a shape at rest, and coordinates normalised by the stiffness.
 
 use crate::analysis::at_rest::{AtRest, ROUNDING};
-use crate::analysis::natural;
-use crate::analysis::natural::Natural;
+use crate::analysis::normalised;
+use crate::analysis::normalised::Normalised;
 use crate::analysis::ties::Ties;
 use crate::model::Static;
 use crate::numerics::linalg::Matrix;
 
-/// Natural coordinates of a shape, and the forces of springs and taut tendons at equilibrium.
-pub(crate) struct Settled {
+/// Normalised coordinates of a shape, and the forces of springs and taut tendons at equilibrium.
+pub(crate) struct SpringForces {
     /// Tangent of the material, in scaled coordinates.
     pub(crate) material: Matrix,
-    pub(crate) natural: Natural,
+    pub(crate) normalised: Normalised,
     pub(crate) forces: Vec<f64>,
 }
 
-impl Settled {
+impl SpringForces {
     /// `None` if a number is not finite.
     pub(crate) fn new(
         model: &mut dyn Static,
@@ -25,12 +25,13 @@ impl Settled {
         multipliers: &[f64],
         ties: &Ties,
     ) -> Option<Self> {
-        let material = natural::material(model, q, sizes);
-        let (of_loads, uncoupled) = (natural::work_of_loads(model, q, sizes), model.facts().parts.clone());
-        let reference = |stiffness: &Matrix| natural::reference(&material, stiffness, &of_loads, &uncoupled);
+        let material = normalised::material(model, q, sizes);
+        let (of_loads, uncoupled) = (normalised::work_of_loads(model, q, sizes), model.facts().parts.clone());
+        let reference =
+            |stiffness: &Matrix| normalised::reference(&material, stiffness, &of_loads, &uncoupled);
         let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, held: &[] };
-        let (natural, forces) = at_rest.settled(&material, reference)?;
-        Some(Self { material, natural, forces })
+        let (normalised, forces) = at_rest.spring_forces(&material, reference)?;
+        Some(Self { material, normalised, forces })
     }
 
     /// Changes of the material's forces, times sizes, by rounding of coordinates.
@@ -49,17 +50,17 @@ impl Settled {
     ) -> Option<(Self, Ties)> {
         let mut ties = Ties::new(model, q, sizes, load_factor);
         loop {
-            let settled = Self::new(model, q, sizes, load_factor, multipliers, &ties)?;
-            let held = &settled.forces;
+            let springs = Self::new(model, q, sizes, load_factor, multipliers, &ties)?;
+            let held = &springs.forces;
             let mut at_rest =
                 AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held };
             if !ties.has_taut() {
-                return Some((settled, ties));
+                return Some((springs, ties));
             }
             let [residual, work] = at_rest.forces();
             let work = at_rest.most_work(&work);
-            if !ties.slacken(held, &residual, &settled.rounding(), &work) {
-                return Some((settled, ties));
+            if !ties.slacken(held, &residual, &springs.rounding(), &work) {
+                return Some((springs, ties));
             }
         }
     }

@@ -15,11 +15,11 @@ use crate::numerics::linalg::{Matrix, full_svd, norm};
 /// their typical sizes.
 pub(crate) const DISPLACEMENT_ROUNDING: f64 = 1e-12;
 
-/// Natural coordinates x with `q = W x`, in which the stiffness of material and springs together is the
+/// Normalised coordinates x with `q = W x`, in which the stiffness of material and springs together is the
 /// identity, `W^T (K + J^T G G^T J) W = 1`. Computations in these coordinates are not stiff, however stiff
 /// the springs are.
 #[derive(Clone, Debug)]
-pub(crate) struct Natural {
+pub(crate) struct Normalised {
     basis: Basis,
     /// `W^T J^T G`, n x m. This matrix times its transpose is the springs' part of the identity.
     springs: Matrix,
@@ -31,8 +31,8 @@ enum Basis {
     Full(Matrix),
 }
 
-impl Natural {
-    /// Natural coordinates for a symmetric positive stiffness K of the material, and for springs in the same
+impl Normalised {
+    /// Normalised coordinates for a symmetric positive stiffness K of the material, and for springs in the same
     /// coordinates. If K is not positive definite, the diagonal `fallback` replaces it. `None` if a number is
     /// not finite.
     pub(crate) fn new(
@@ -66,10 +66,10 @@ impl Natural {
         }
     }
 
-    /// Natural coordinates of a material with springs, by the singular values of `W^T J^T G`.
+    /// Normalised coordinates of a material with springs, by the singular values of `W^T J^T G`.
     fn with_springs(&self, springs: &Springs) -> Option<Self> {
         let roots = springs.jacobian.transpose() * &springs.root;
-        let roots = self.columns_to_natural(&roots);
+        let roots = self.normalised_columns(&roots);
         let (n, m) = roots.shape();
         let (left, values, right) = full_svd(&roots)?;
         let value = |i: usize| values.get(i).copied().unwrap_or(0.0);
@@ -85,7 +85,7 @@ impl Natural {
     }
 
     /// `W^T A`.
-    fn columns_to_natural(&self, a: &Matrix) -> Matrix {
+    fn normalised_columns(&self, a: &Matrix) -> Matrix {
         match &self.basis {
             Basis::Diagonal(scale) => Matrix::from_fn(a.nrows(), a.ncols(), |i, j| scale[i] * a[(i, j)]),
             Basis::Full(basis) => basis.tr_mul(a),
@@ -113,7 +113,7 @@ impl Natural {
         }
     }
 
-    /// `W x` for natural coordinates x.
+    /// `W x` for normalised coordinates x.
     pub(crate) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
         match &self.basis {
             Basis::Diagonal(scale) => scale.iter().zip(x).map(|(scale, x)| scale * x).collect(),
@@ -155,7 +155,7 @@ impl Natural {
         Self { basis, springs: Matrix::zeros(self.springs.nrows(), 0) }
     }
 
-    /// Natural residual of forces and springs together, from the residual at held forces.
+    /// Normalised residual of forces and springs together, from the residual at held forces.
     pub(crate) fn residual(&self, at_held: &[f64], springs: Option<&Springs>, held: &[f64]) -> Vec<f64> {
         let Some(springs) = springs else { return self.forces(at_held) };
         let [amplitudes, left] = springs.mismatch(held);
@@ -170,7 +170,7 @@ impl Natural {
         residual
     }
 
-    /// Change of the springs' forces with natural coordinates.
+    /// Change of the springs' forces with normalised coordinates.
     pub(crate) fn change_of_forces(&self, springs: &Springs, x: &[f64]) -> Vec<f64> {
         let m = springs.forces.len();
         let amplitudes: Vec<f64> =
@@ -187,7 +187,7 @@ impl Natural {
             .collect()
     }
 
-    /// The smallest step, in natural coordinates, after which springs carry the held forces, to first order.
+    /// The smallest step, in normalised coordinates, after which springs carry the held forces, to first order.
     pub(crate) fn restoring(&self, springs: &Springs, held: &[f64]) -> Vec<f64> {
         let [amplitudes, _] = springs.mismatch(held);
         (0..self.springs.nrows())
@@ -196,12 +196,12 @@ impl Natural {
     }
 }
 
-impl Natural {
-    /// The springs' forces at equilibrium, given the natural residual at the forces that follow from
+impl Normalised {
+    /// The springs' forces at equilibrium, given the normalised residual at the forces that follow from
     /// displacements. The displacement of a stiff spring determines its force only up to rounding times
     /// stiffness. If the correction is smaller than the rounding of displacements, the force from equilibrium
     /// is more accurate.
-    pub(crate) fn settled(&self, springs: &Springs, residual: &[f64]) -> Vec<f64> {
+    pub(crate) fn forces_at_equilibrium(&self, springs: &Springs, residual: &[f64]) -> Vec<f64> {
         let (n, m) = self.springs.shape();
         let amplitudes: Vec<f64> =
             (0..m).map(|i| (0..n).map(|j| self.springs[(j, i)] * residual[j]).sum()).collect();
@@ -399,18 +399,18 @@ mod tests {
     }
 
     #[test]
-    fn stiffness_is_one_in_natural_coordinates() {
+    fn stiffness_is_one_in_normalised_coordinates() {
         for stiffness in [1.0, 1e8, 1e16] {
             let (mut model, q) = held_rod(stiffness);
             let sizes = vec![1.0; q.len()];
             let material = material(&mut model, &q, &sizes);
             let springs = linearised(&mut model, &q, &sizes).unwrap();
-            let natural = Natural::new(&material, Some(&springs), Vec::new).unwrap();
-            let one = natural.matrix(&material) + &natural.springs * natural.springs.transpose();
+            let normalised = Normalised::new(&material, Some(&springs), Vec::new).unwrap();
+            let one = normalised.matrix(&material) + &normalised.springs * normalised.springs.transpose();
             assert!((one - Matrix::identity(q.len(), q.len())).norm() < 1e-12);
-            let basis = natural.basis();
+            let basis = normalised.basis();
             let springs = basis.tr_mul(&springs.jacobian.transpose()) * &springs.root;
-            assert!((springs - &natural.springs).norm() < 1e-6);
+            assert!((springs - &normalised.springs).norm() < 1e-6);
         }
     }
 }

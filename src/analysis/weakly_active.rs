@@ -2,7 +2,7 @@
 //! that the stiffness must not contain them, although rounding of their gaps may activate them.
 
 use crate::analysis::at_rest::{AtRest, OUT_OF_BALANCE};
-use crate::analysis::settled::Settled;
+use crate::analysis::spring_forces::SpringForces;
 use crate::analysis::ties::Ties;
 use crate::model::constraint::saddle;
 use crate::model::{Reached, Static};
@@ -30,12 +30,12 @@ impl Balance {
         multipliers: &[f64],
     ) -> Option<Self> {
         let ties = Ties::new(model, q, sizes, load_factor);
-        let settled = Settled::new(model, q, sizes, load_factor, multipliers, &ties)?;
+        let springs = SpringForces::new(model, q, sizes, load_factor, multipliers, &ties)?;
         let mut at_rest =
-            AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &settled.forces };
+            AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &springs.forces };
         let [residual, work] = at_rest.forces();
         let work = at_rest.most_work(&work);
-        Some(Self { residual, rounding: settled.rounding(), work })
+        Some(Self { residual, rounding: springs.rounding(), work })
     }
 
     /// Whether the residual is within tolerance and rounding, or no larger than in another state.
@@ -93,7 +93,7 @@ pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
     model.sizes(q, &mut sizes);
     let held = held(model, q, &vec![0.0; m]).unwrap_or_else(|| vec![0.0; m]);
     let (mut reached, held) = decide(model, q, &sizes, 1.0, &held);
-    if let Some((_, ties)) = Settled::with_ties(model, q, &sizes, 1.0, &held) {
+    if let Some((_, ties)) = SpringForces::with_ties(model, q, &sizes, 1.0, &held) {
         reached.extend(ties.reached());
     }
     model.decide(&reached);
