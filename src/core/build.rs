@@ -9,7 +9,7 @@ fn main() {
     }
 }
 
-/// Whether the build is for this machine, and this machine has what `lie::Instructions` asks for.
+/// Whether the build is for this machine, and this machine has the instructions that `lie::Instructions` requires.
 fn this_machine_has_fused() -> bool {
     let is_for_this_machine = std::env::var_os("TARGET") == std::env::var_os("HOST");
     #[cfg(target_arch = "x86_64")]

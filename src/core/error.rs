@@ -198,7 +198,7 @@ impl fmt::Display for Interrupted {
 
 impl std::error::Error for Interrupted {}
 
-/// The result of a computation that was asked to stop ([`Interrupted`]): what it had computed by then, in the
+/// The result of an interrupted computation ([`Interrupted`]): what it had computed by then, in the
 /// type of its complete result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unfinished<T>(Box<T>);

@@ -64,7 +64,7 @@ impl Raised {
         })
     }
 
-    /// Keeps a computation from going on after an exception, even if it has overlooked the request to stop.
+    /// Stops a computation after an exception, even if it has missed the request to stop.
     pub(crate) fn none_yet(&self) -> Result<(), Interrupted> {
         if self.0.is_some() { Err(Interrupted) } else { Ok(()) }
     }

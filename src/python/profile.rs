@@ -220,13 +220,13 @@ fn value_of<const N: usize>(value: &Bound<'_, PyAny>, shape: &[usize], name: &st
     Ok(numbers(&values))
 }
 
-/// Whether a value of one shape can stand for one of another: the same shape, or the diagonal of a square
+/// Whether a value of one shape can replace one of another: the same shape, or the diagonal of a square
 /// matrix.
 fn stands_for(found: &[usize], shape: &[usize]) -> bool {
     found == shape || matches!((found, shape), ([n], [rows, _]) if n == rows)
 }
 
-/// The numbers of a value that stands for one with `N` numbers.
+/// The numbers of a value, expanded to `N` numbers.
 fn numbers<const N: usize>(value: &[f64]) -> [f64; N] {
     let n = value.len();
     // Every n + 1st entry of n x n lies on the diagonal.
@@ -347,7 +347,7 @@ fn profile<const N: usize>(
     Ok(value_of(value, shape, name)?.into())
 }
 
-/// The profile as Python sees it.
+/// The profile as a Python object.
 fn to_python<const N: usize>(profile: &Profile<N>, shape: &[usize], length: f64) -> PyProfile {
     let rows = |rows: &[[f64; N]]| rows.iter().map(|row| row.to_vec()).collect();
     let (stations, rows) = match profile.parts() {

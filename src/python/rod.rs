@@ -14,7 +14,7 @@ use crate::description::schema::Part;
 use crate::python::errors::OrRaise as _;
 use crate::robot::{Robot, Rod, described};
 
-/// A rod. What its arguments mean is said by their table, [`described::Rod`].
+/// A rod. The table [`described::Rod`] documents its arguments.
 #[pyclass(name = "Rod", module = "lissom", extends = PyRobot, frozen)]
 pub(crate) struct PyRod {
     description: Rod,
@@ -60,7 +60,7 @@ impl PyRod {
         args: &Bound<'_, PyTuple>,
         kwargs: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        // Own the functions until the rod does; iterators keep none of what they give.
+        // Own the functions until the rod does; iterators keep no references to their items.
         let mut functions = Functions::default();
         let described = model_of::<described::Rod>(args, kwargs, &mut functions)?;
         let (rod, _) = resolved(args.py(), |reader| described.resolved(reader))?;

@@ -198,7 +198,7 @@ pub(crate) fn simulate<'py>(
     run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, (progress, limit))
 }
 
-/// Whether `t_eval` asks for every accepted step.
+/// Whether `t_eval` requests every accepted step.
 fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
     t_eval.extract::<&str>().is_ok_and(|text| text == EVERY_STEP)
 }
@@ -596,7 +596,7 @@ pub(crate) fn choose_modes<'py>(
     like(rod.as_any(), &modes.robot)
 }
 
-/// The option that a word stands for.
+/// The option with this name.
 pub(super) fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
     let found = T::read(&Value::Text(word.to_owned()), &mut Reader::default());
     let Kind::Word(_, words) = T::KIND else { unreachable!("it is one of several words") };

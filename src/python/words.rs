@@ -12,7 +12,7 @@ pub(super) fn meant<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone
     known.clone().find(|name| name.ends_with(&end)).or_else(|| suggestion(word, known))
 }
 
-/// The known name that a word may stand for.
+/// The known name that a word may mean.
 #[pyfunction]
 #[pyo3(name = "meant", signature = (word, known, /))]
 pub(super) fn meant_in_python(word: &str, known: Vec<String>) -> Option<String> {

@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue};
 use super::imports::FileProblem;
 use crate::description::schema::Value;
 
-/// The key of the table that stands for an array.
+/// The key of a table that refers to an array in a file.
 const FILE: &str = "file";
 
 /// Numbers from which on arrays are set aside when a scene is saved: several screens of text.

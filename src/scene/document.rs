@@ -1,6 +1,6 @@
 //! The structure of a scene file: plain structs, from which the JSON Schema, the reader and the documentation of
 //! every key are derived. Descriptions end up in editors, so they name units and defaults.
-//! What stands in for a required key that could not be read lets the rest of the file be checked.
+//! Stand-ins for required keys that could not be read let the rest of the file be checked.
 
 use super::written::Written;
 use crate::description::body::described::Body;
@@ -34,7 +34,7 @@ pub(super) struct Document {
     /// The rod. Written as an array of tables; one per scene for now.
     #[part(default)]
     pub(super) rod: Vec<Rod>,
-    /// A file with links of a robot, which stand before those of this scene.
+    /// A file with links of a robot, which precede those of this scene.
     pub(super) import: Option<Import>,
     /// The links of a robot, instead of a rod: parents before their children.
     #[part(default)]
@@ -143,7 +143,7 @@ pub(super) struct Rod {
 /// Links of a robot from a file. Unsupported content is listed when the scene is read.
 #[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct Import {
-    /// A URDF file, seen from the folder of the scene.
+    /// A URDF file, relative to the folder of the scene.
     #[part(stand_in = || Value::Text("robot.urdf".to_owned()))]
     pub(super) urdf: String,
     /// Whether the root link moves freely. Default: false, it is welded to the world.
@@ -161,14 +161,14 @@ pub(super) struct Import {
     pub(super) v0: Option<Vec<f64>>,
 }
 
-/// A link with what stands in tables below it.
+/// A link with the tables below it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Link {
     pub(super) described: Written<described::Link>,
     pub(super) below: BelowLink,
 }
 
-/// What stands in tables below a link.
+/// The tables below a link.
 #[derive(Clone, Debug, PartialEq, Described)]
 pub(super) struct BelowLink {
     /// Further rigid bodies, fixed to the link; at is an arc length of its rod.

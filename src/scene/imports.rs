@@ -54,7 +54,7 @@ pub enum Refusal {
 
 /// Reads files for scenes.
 pub trait Imports {
-    /// The bytes of a file, whose name is seen from the folder of the scene.
+    /// The bytes of a file, whose name is relative to the folder of the scene.
     ///
     /// # Errors
     /// Why it cannot be read.

@@ -1,9 +1,9 @@
 //! Scene files: TOML descriptions of a model and a simulation, read and validated.
 //!
-//! `document` is the file's structure in plain structs, whose tables are what is read and the JSON Schema; `shape` has the
-//! values of a file with their places, for which `words` knows the old names of keys; `build`, with `parts` that rods and the `links` of
-//! robots have in common, and with `actuators`, `loops` and `contacts`, turns it into a model with the
-//! constructors that everybody uses; `diagnostics` says what is wrong, where. A scene never executes anything.
+//! `document` is the file's structure in plain structs, whose tables define reader and JSON Schema; `shape` has the
+//! values of a file with their places, `words` the old names of keys; `build`, with `parts` that rods and the `links` of
+//! robots have in common, and with `actuators`, `loops` and `contacts`, turns it into a model with the usual
+//! constructors; `diagnostics` formats problems with their places. A scene never executes anything.
 //!
 //! ```
 //! use lissom::scene::Scene;

@@ -49,7 +49,7 @@ pub(super) fn segment(written: &Written<Segment>, here: &str, shape: &mut Shape)
     })
 }
 
-/// The place in the file of a place in the segment that this table describes: a circle may stand in a table of its own.
+/// The place in the file of a place in the segment that this table describes: a circle may have a table of its own.
 pub(super) fn in_section(segment: &Value, place: String) -> String {
     let is_inside = place.starts_with("radius") && segment.get("radius").is_none();
     if is_inside { format!("section.{place}") } else { place }

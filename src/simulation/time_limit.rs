@@ -70,7 +70,7 @@ impl TimeLimit {
         }
     }
 
-    /// What a run that this limit stopped says, which got to this time.
+    /// The message of a run that this limit stopped at this time.
     pub fn message(&self, t: Option<f64>) -> String {
         let seconds = Number(self.seconds.unwrap_or(f64::INFINITY));
         let reached = t.map_or_else(String::new, |t| format!(" at t = {}", Number(t)));

@@ -22,7 +22,7 @@ STEPS = (6e-6, 2e-7, 6e-9, 2e-10)
 #: Differences to both sides that are this equal, relative to the largest of the channels, show no kink.
 SAME = 1e-2
 
-#: Readings are sums of terms that are larger than they are: so many units of rounding are no kink.
+#: Changes of readings below this number of rounding units are no kink: readings are sums of larger terms.
 ROUNDINGS = 100.0
 
 
@@ -38,7 +38,7 @@ def sensors_of(model: Model, outputs: Any, inputs: Sequence[str]) -> list[Sensor
             )
         others = [name for name in inputs if name not in model.inputs]
         if isinstance(sensor, ForceTorque) and others:
-            # It measures all forces beyond it, but knows only those of its robot.
+            # The sensor measures all forces beyond it, but the robot contains only its own.
             raise ValueError(
                 f"inputs: got {others[0]!r}, expected inputs of the model where {sensor.name!r} measures "
                 "forces: give the robot a load that is an `Input`"

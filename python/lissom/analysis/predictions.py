@@ -84,7 +84,7 @@ class OfMotion:
         dt = self.options["dt"]
         options = {**self.options, "dt": 0.5 * dt}
         if np.ndim(options.get("u", 0.0)) == 2:
-            # Rows of inputs are held for a step unless something else is said.
+            # By default, rows of inputs are held constant for a step.
             options.setdefault("control_step", dt)
         return replace(self, options=options)
 

@@ -21,8 +21,8 @@ CLOSE = 1e-2
 #: Most steps by regula falsi before bisection, and most doublings of the way to an end.
 MOST_STEPS, MOST_DOUBLINGS = 20, 40
 
-#: Largest half width, relative to the value, of an interval of the logarithm. The linear interval of a wider
-#: one leaves the bound of zero, so that its profile is asked; that of the logarithm never would.
+#: Largest half width, relative to the value, of an interval computed in the logarithm. Wider ones may extend
+#: beyond zero and need a profile, which an interval of the logarithm would not show.
 NARROW = 1.0
 
 #: What the sum of squares at one value of a parameter is relative to its change when the others have settled.

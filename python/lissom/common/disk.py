@@ -35,7 +35,7 @@ def read(path: str | os.PathLike[str], largest: int | None = None) -> bytes:
         status = os.fstat(file.fileno())
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "not a regular file", os.fspath(path))
-        # Files of some pseudo file systems claim to be empty: their size says nothing.
+        # The size of files in some pseudo file systems is zero although they have contents.
         content = file.read() if largest is None else file.read(largest + 1)
     if largest is not None and len(content) > largest:
         raise _too_large(path, largest)

@@ -272,7 +272,7 @@ class _Reader:
     def _made(self, content: Any) -> Any:
         name, function, arguments, options = content
         owner = CLASSES[name]
-        # Parts were no dataclasses before; the constructor of a part checks all that a record may say.
+        # The constructor of a part checks the contents of a record.
         is_written_by_fields = _is_written_by_fields(owner) and not (
             issubclass(owner, Part) and function is None
         )

@@ -35,6 +35,9 @@ const LARGEST_SHIFT: f64 = 1e12;
 /// Steps shorter than this are accepted without comparing their work, which is at the level of rounding.
 const TRUSTED: f64 = 1e-6;
 
+/// Smallest radius at the start of an iteration: well above [`TRUSTED`], so that one rejected step does not end the descent.
+const SMALLEST_RADIUS: f64 = 1e3 * TRUSTED;
+
 /// If surfaces begin to touch within such a step, the tangent changes along it; then only steps shorter by
 /// this factor are at the level of rounding.
 const AT_KINKS: f64 = 1e-3;
@@ -166,7 +169,7 @@ pub(super) fn descend(
                 });
             }
         }
-        radius = radius.max(1e3 * TRUSTED);
+        radius = radius.max(SMALLEST_RADIUS);
     }
     Ok(Descent::IterationLimit)
 }

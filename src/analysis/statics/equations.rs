@@ -506,7 +506,7 @@ impl<'a> Equations<'a> {
         }
     }
 
-    /// Stability of an equilibrium; `None` if it is unknown, or not asked for.
+    /// Stability of an equilibrium; `None` if unknown or not requested.
     pub(super) fn judgement(&mut self, state: &State) -> Result<Option<Verdict>, Interrupted> {
         if self.judges { self.verdict(state) } else { Ok(None) }
     }

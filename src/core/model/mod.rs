@@ -78,7 +78,7 @@ impl<M: Dynamics + InTime + Sprung + Tied + OneSided + InContact> Static for M {
 /// for every type that has these traits.
 ///
 /// A model of one's own implements [`Dynamics`] and [`Elastic`], and either [`Autonomous`] and [`Smooth`] by one empty line each, or the
-/// traits that these stand for.
+/// traits that these provide.
 pub trait Model: Static + Excitation + InImpact + Differentiable + Refinable {}
 
 impl<M: Static + Excitation + InImpact + Differentiable + Refinable> Model for M {}

@@ -64,7 +64,7 @@ pub enum Beside {
     All,
 }
 
-/// Surfaces may overlap within a step by this part of the model's length without being seen.
+/// Overlaps within a step of up to this part of the model's length may be missed.
 const SHALLOW: f64 = 1e-4;
 
 /// Maximum number of shapes that are tested within a step.

@@ -1,4 +1,4 @@
-//! Linear algebra, rotations and rigid motions, nonlinear equations: what does not know of mechanics.
+//! Linear algebra, rotations and rigid motions, nonlinear equations; independent of mechanics.
 
 pub mod hermite;
 pub mod lie;

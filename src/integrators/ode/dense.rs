@@ -63,7 +63,7 @@ fn sums_of(
     }
 }
 
-/// [`sums_of`] as many vectors as the compiler knows.
+/// [`sums_of`] a number of vectors known at compile time.
 fn sums<const VECTORS: usize>(
     factor: impl Fn(usize, f64) -> f64,
     coefficients: &[f64],

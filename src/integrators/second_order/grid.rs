@@ -25,7 +25,7 @@ impl Grid {
         Self { origin, h, done: 0 }
     }
 
-    /// The time after so many more steps.
+    /// The time after this many more steps.
     pub(crate) fn after(&self, steps: usize) -> f64 {
         self.origin + self.done.saturating_add(steps) as f64 * self.h
     }
@@ -35,14 +35,14 @@ impl Grid {
         self.done += 1;
     }
 
-    /// The same with as many steps made as end at `t`, but for the rounding of a corner there; `None` where none does.
+    /// The same after the step that ends at `t`, up to the rounding of a corner there; `None` if no step does.
     pub(crate) fn at(self, t: f64) -> Option<Self> {
         let grid = Self { done: ((t - self.origin) / self.h).round() as usize, ..self };
         ((grid.after(0) - t).abs() <= rounding_of_times(self.h, t)).then_some(grid)
     }
 
-    /// Prepares equal steps of at most `dt` from `t` to `t_end`; returns after how many in all the end is reached. Where
-    /// they are whole ones, the grid goes on.
+    /// Prepares equal steps of at most `dt` from `t` to `t_end`; returns the total number of steps at the end. The grid continues if the
+    /// interval is a multiple of `dt`.
     pub(crate) fn begin_interval(&mut self, t: f64, t_end: f64, dt: f64) -> usize {
         let way = t_end - t;
         let steps = number_of_steps(way, dt).max(1);
@@ -91,9 +91,9 @@ impl Grid {
     }
 }
 
-/// Whether so many steps are the whole way, but for rounding.
-pub(crate) fn is_whole(way: f64, steps: usize, dt: f64) -> bool {
-    (way - steps as f64 * dt).abs() <= ROUNDING_OF_STEPS * way
+/// Whether this number of steps covers an interval, up to rounding.
+pub(crate) fn is_whole(interval: f64, steps: usize, dt: f64) -> bool {
+    (interval - steps as f64 * dt).abs() <= ROUNDING_OF_STEPS * interval
 }
 
 #[cfg(test)]

@@ -153,7 +153,7 @@ pub(crate) fn check_times(times: &[f64], (t0, t_end): (f64, f64)) -> Result<(), 
     checker.finish()
 }
 
-/// Collects the states that the caller asked for.
+/// Collects the requested states.
 struct Recorder<'a> {
     t_eval: Option<&'a [f64]>,
     t: Vec<f64>,

@@ -41,8 +41,7 @@ pub trait System {
         tangent: &mut Matrix,
     ) -> Result<(), Interrupted>;
 
-    /// The model, which knows what else there is: constraints, contacts, stops, changes of the excitation, tangents of chains.
-    /// `None` for equations that are nothing else.
+    /// The model, for constraints, contacts, stops, changes of the excitation and tangents of chains; `None` for plain equations.
     fn model(&mut self) -> Option<&mut Self::Model>;
 }
 

@@ -62,7 +62,7 @@ pub(super) fn parts_of<T: Item>(
     Ok(<Vec<T>>::read(&value, &mut Reader::default()).expect("these parts have been read before"))
 }
 
-/// The description of a model from the arguments of its class; None stands for the default. The functions of its parts are
+/// The description of a model from the arguments of its class; None selects the default. The functions of its parts are
 /// added to those of their owner.
 pub(super) fn model_of<T: Part>(
     args: &Bound<'_, PyTuple>,
@@ -371,7 +371,7 @@ fn signature_of<'py>(schema: &Schema, fields: &Bound<'py, PyDict>) -> PyResult<B
     inspect.getattr("Signature")?.call1((parameters.collect::<PyResult<Vec<_>>>()?,))
 }
 
-/// The base class of this name, which is made when it is first asked for.
+/// The base class of this name, created on first use.
 fn base<'py>(module: &Bound<'py, PyModule>, name: &'static str) -> PyResult<Bound<'py, PyType>> {
     let part = PyPart::type_object(module.py());
     if name.is_empty() {
@@ -421,19 +421,19 @@ pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("_methods", methods)
 }
 
-/// The classes of the parts as they stand in the stub of this module.
+/// Text of the classes of the parts for the stub of this module.
 #[pyfunction]
 pub(crate) fn _stub_of_parts() -> String {
     text::stub(&PARTS)
 }
 
-/// The classes of the methods as they stand in the stub of their module.
+/// Text of the classes of the methods for the stub of their module.
 #[pyfunction]
 pub(crate) fn _stub_of_methods() -> String {
     text::stub(&METHODS)
 }
 
-/// Constructor and attributes of the classes of models as they stand in the stub of this module, by the names of the classes.
+/// Text of constructor and attributes of the classes of models for the stub of this module, by the names of the classes.
 #[pyfunction]
 pub(crate) fn _stub_of_models() -> Vec<(&'static str, String)> {
     [described::Robot::SCHEMA, described::Rod::SCHEMA]

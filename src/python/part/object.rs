@@ -18,7 +18,7 @@ use crate::simulation::methods::{Auto, Dop853, Newmark, QuasiStatic, Radau, Rk45
 #[derive(Debug)]
 pub(crate) struct PyPart {
     pub(super) part: Arc<dyn AnyPart>,
-    /// The functions of its signals. Python's collector sees them here, never behind the part, which others share.
+    /// The functions of its signals, visible here to Python's garbage collector, because the part itself is shared.
     pub(super) functions: Functions,
 }
 

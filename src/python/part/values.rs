@@ -17,7 +17,7 @@ use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::python::words::meant;
 use crate::robot::effects::actuator::AlongRod;
 
-/// The arguments of a call, by the fields of the part. None may stand for a default that is no number.
+/// The arguments of a call, by the fields of the part. None may select a default that is not a number.
 pub(super) fn arguments(
     schema: &'static Schema,
     args: &Bound<'_, PyTuple>,
@@ -257,7 +257,7 @@ fn numbers(values: Vec<f64>) -> Value {
     Value::List(values.into_iter().map(Value::Number).collect())
 }
 
-/// Numbers in rows, of the length that the kind of a row says.
+/// Numbers in rows, whose length the kind of a row defines.
 fn rows_of(object: &Bound<'_, PyAny>, name: &str, row: &Kind) -> PyResult<Value> {
     let expected = match row {
         Kind::Array(Kind::Integer, count) => format!("rows of {count} integers"),
@@ -302,7 +302,7 @@ fn rows_of(object: &Bound<'_, PyAny>, name: &str, row: &Kind) -> PyResult<Value>
     Ok(Value::Rows { numbers: found.values, columns })
 }
 
-/// A part, or the name of what is referred to.
+/// A part, or the name of a part.
 fn one_of(
     object: &Bound<'_, PyAny>,
     name: &str,

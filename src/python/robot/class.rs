@@ -14,14 +14,14 @@ use crate::model::Dynamics as _;
 use crate::python::errors::OrRaise as _;
 use crate::robot::{Robot, RobotModel, described};
 
-/// A robot. What its arguments mean is said by their table, [`described::Robot`].
+/// A robot. The table [`described::Robot`] documents its arguments.
 #[pyclass(name = "Robot", module = "lissom", extends = PyModel, subclass, frozen)]
 pub(crate) struct PyRobot {
     description: Robot,
     /// Its parts as users describe them, made on first use.
     described: OnceLock<Arc<described::Robot>>,
     pub(super) functions: Functions,
-    // A separate model for kinematics; the base class knows its model only as a Model.
+    // A separate model for kinematics; the base class has its model only as a Model.
     kinematics: Mutex<RobotModel>,
     // The wrench that keeps a planar robot in its plane is known only to a spatial model, compiled on first
     // use.

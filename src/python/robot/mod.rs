@@ -34,7 +34,7 @@ impl PyRobot {
         args: &Bound<'_, PyTuple>,
         kwargs: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        // Own the functions until the robot does; iterators keep none of what they give.
+        // Own the functions until the robot does; iterators keep no references to their items.
         let mut functions = Functions::default();
         let described = model_of::<described::Robot>(args, kwargs, &mut functions)?;
         let (robot, _) = resolved(args.py(), |reader| described.resolved(false, reader))?;

@@ -8,7 +8,7 @@ use super::class::PyRobot;
 use super::states::{At, flat};
 use crate::python::errors::OrRaise as _;
 
-/// A state, and the name of what is asked for, which may stand before the state as well as behind it by its argument.
+/// A state, and the name of a link or loop, which may precede the state or follow it as a keyword argument.
 pub(super) fn named_state<'a, 'py>(
     method: &str,
     argument: &str,

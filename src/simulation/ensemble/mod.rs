@@ -105,7 +105,7 @@ pub fn simulate_many(
         }
         Ok(())
     };
-    // The caller of `watch` knows the reason; outcomes show which rows are missing.
+    // `watch` has the reason; outcomes show which rows are missing.
     let _ = parallel::for_each(&mut all, workers, work, &mut || watch(done.load(Ordering::Relaxed)));
     let spread = is_summary.then(|| {
         let mut spread = Spread::new(size.width_of_means());

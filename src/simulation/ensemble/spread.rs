@@ -26,7 +26,7 @@ impl Spread {
         }
     }
 
-    /// Merges the statistics of vectors that follow those seen so far.
+    /// Merges the statistics of further vectors.
     pub fn merge(&mut self, other: &Self) {
         if other.samples == 0 {
             return;

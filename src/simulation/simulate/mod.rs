@@ -99,7 +99,7 @@ impl Simulation {
         }
     }
 
-    /// One of so many states of this motion, and the last one.
+    /// Every `number`-th state of this motion, and the last one.
     pub(crate) fn every(&self, number: usize) -> Self {
         let last = self.t.len().saturating_sub(1);
         let is_kept = |i: &usize| i.is_multiple_of(number) || *i == last;

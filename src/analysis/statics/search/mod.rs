@@ -100,6 +100,9 @@ pub(super) const UNHELD: f64 = 1e9;
 const FAR: f64 = 1e6;
 const UNCHANGED: f64 = 1e-9;
 
+/// Smallest error of the balance by which steps are regularised: the default tolerance of equilibria.
+const LEAST_ERROR: f64 = 1e-10;
+
 /// Maximum number of saddles that a search leaves.
 const ESCAPES: usize = 5;
 const ESCAPING_RADIUS: f64 = 0.1;
@@ -478,7 +481,7 @@ impl<'a> Search<'a> {
             excess: self.shape.excess.clone(),
             stiffness: self.problem.stiffness.clone(),
             is_cord: self.is_cord.clone(),
-            regularisation: self.scale.regularisation(error.max(1e-10), &self.balance.work),
+            regularisation: self.scale.regularisation(error.max(LEAST_ERROR), &self.balance.work),
             taut,
         })
     }
@@ -640,6 +643,8 @@ impl<'a> Search<'a> {
         /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
         /// a thousandth of its length.
         const PART: f64 = 0.1;
+        /// Maximum number of parts, which bounds the cost of very long steps.
+        const MOST_PARTS: f64 = 1e4;
         let Problem { model, turns, .. } = &mut self.problem;
         if !model.facts().has_contact || !length.is_finite() {
             return false;
@@ -647,7 +652,7 @@ impl<'a> Search<'a> {
         let inside = ladder::inside(&mut **model, [&self.shape.q, &to.q]);
         model.note_surfaces(&self.shape.q);
         let step = chart::step_between(turns, &self.shape.q, &to.q);
-        let parts = (length / PART).ceil().clamp(1.0, 1e4) as usize;
+        let parts = (length / PART).ceil().clamp(1.0, MOST_PARTS) as usize;
         (1..=parts).any(|part| {
             let mut q = self.shape.q.clone();
             let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();

@@ -16,6 +16,9 @@ const UNSTRETCHED: f64 = 1e-13;
 /// A cord that would have to push becomes slack if its force exceeds this part of the forces.
 const PUSHES: f64 = 1e-7;
 
+/// Forces below this part of the gradient are balanced to rounding without inextensible cords.
+const BALANCED: f64 = 1e-12;
+
 /// Elongations below this part of the sum of their terms are rounding.
 const ROUNDING: f64 = 1e-13;
 
@@ -355,7 +358,7 @@ impl Linearised<'_> {
             add_transposed(self.rows, &elastic_force, &mut force);
             let force = self.held.free(&force);
             let size = norm(&force);
-            if size > 1e-12 * norm(self.gradient) {
+            if size > BALANCED * norm(self.gradient) {
                 let mut columns = Matrix::zeros(x.len(), rigid.len());
                 for (k, &row) in rigid.iter().enumerate() {
                     let own: Vec<f64> = self.rows.row(row).iter().copied().collect();

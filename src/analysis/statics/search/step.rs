@@ -22,6 +22,21 @@ const SHIFTS: usize = 12;
 /// First shift, relative to that at which the steepest step has size one.
 pub(super) const FIRST_SHIFT: f64 = 1e-3;
 
+/// Smallest first shift, relative to the largest stiffness, well above its rounding.
+const SMALLEST_SHIFT: f64 = 1e-12;
+
+/// Shifts whose ratio is smaller count as equal; successive ones differ by at least [`APART`] and by at most the inverse of
+/// [`LARGEST_CUT`].
+const SAME_SHIFT: f64 = 1.02;
+const APART: f64 = 1e-3;
+const LARGEST_CUT: f64 = 1e-3;
+
+/// Factor of the shift while no shift is known to be sufficient.
+const MORE_SHIFT: f64 = 10.0;
+
+/// Damping below this part of the first shift has no effect and is left out.
+const NO_DAMPING: f64 = 1e-3;
+
 /// Shifts above this part of the stiffness have no effect.
 const LARGEST_SHIFT: f64 = 1e60;
 
@@ -31,6 +46,9 @@ const CORRECTIONS: usize = 15;
 /// Gaps and elongations, in sizes, up to which constraints are satisfied, and those that rounding may leave.
 const HELD: f64 = 1e-13;
 const NEARLY_HELD: f64 = 1e-9;
+
+/// Largest excess of inextensible cords, in sizes, at which a step needs no further closing: rounding.
+const EXCEEDED: f64 = 1e-12;
 
 /// Length of normalised coordinates in a metric.
 pub(super) fn length(x: &[f64], metric: &[f64]) -> f64 {
@@ -69,7 +87,7 @@ pub(super) fn within(
     }
     let steepest = linearised.steepest(&metric);
     let largest = (0..metric.len()).map(|k| regular[(k, k)].abs()).fold(0.0, f64::max);
-    let first = (FIRST_SHIFT * steepest / radius).max(1e-12 * largest).max(f64::MIN_POSITIVE);
+    let first = (FIRST_SHIFT * steepest / radius).max(SMALLEST_SHIFT * largest).max(f64::MIN_POSITIVE);
     let (mut shift, mut low, mut high) = (first, 0.0_f64, f64::INFINITY);
     let mut best: Option<(Solution, f64)> = None;
     let mut tries = 0;
@@ -105,17 +123,17 @@ pub(super) fn within(
             }
         }
         let is_largest = shift > LARGEST_SHIFT * largest.max(f64::MIN_POSITIVE);
-        if high < 1.02 * low || is_largest || !shift.is_finite() {
+        if high < SAME_SHIFT * low || is_largest || !shift.is_finite() {
             break;
         }
         if best.is_some() {
             tries += 1;
         }
-        let inside = next > 1.001 * low && next < 0.999 * high;
+        let inside = next > (1.0 + APART) * low && next < (1.0 - APART) * high;
         shift = match (inside, high.is_finite()) {
             (true, _) => next,
-            (false, true) => (low.max(1e-3 * high) * high).sqrt(),
-            (false, false) => 10.0 * shift,
+            (false, true) => (low.max(LARGEST_CUT * high) * high).sqrt(),
+            (false, false) => MORE_SHIFT * shift,
         };
     }
     let (mut solution, size) = best?;
@@ -148,8 +166,8 @@ pub(super) fn damped(
     let steepest = linearised.steepest(&metric);
     let regular = with_diagonal(hessian, regularisation, 1.0);
     let largest = (0..metric.len()).map(|k| regular[(k, k)].abs()).fold(0.0, f64::max);
-    let first = (FIRST_SHIFT * steepest / radius).max(1e-12 * largest).max(f64::MIN_POSITIVE);
-    if *damping < 1e-3 * first {
+    let first = (FIRST_SHIFT * steepest / radius).max(SMALLEST_SHIFT * largest).max(f64::MIN_POSITIVE);
+    if *damping < NO_DAMPING * first {
         *damping = 0.0;
         let plain = linearised.attempt(hessian, taut);
         if let Some(plain) = plain.filter(|plain| length(&plain.x, &metric) <= radius.min(NEWTON)) {
@@ -256,7 +274,7 @@ pub(super) fn retracted(
         .map(|row| shape.excess[row] / lengths[row])
         .fold(0.0, f64::max);
     let is_closed = miss < NEARLY_HELD && shape.widest < from.widest + NEARLY_HELD * size.max(1.0);
-    if is_closed && exceeded <= 1e-12 * size.max(1.0) {
+    if is_closed && exceeded <= EXCEEDED * size.max(1.0) {
         return Ok(Some(shape));
     }
     // Otherwise closes the shape from there, if that ends nearby.

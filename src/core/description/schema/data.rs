@@ -211,7 +211,7 @@ pub struct Schema {
     pub fields: &'static [Field],
     /// How many arguments may be positional in Python; by default those that are required.
     pub positional: usize,
-    /// Whether its class stands in that of its base, with the tag as its name.
+    /// Whether its class is nested in that of its base, with the tag as its name.
     pub is_nested: bool,
     /// Whether Python has a dict in its place.
     pub is_dict: bool,
@@ -301,7 +301,7 @@ impl Schema {
         Self { positional, ..self }
     }
 
-    /// Its class stands in that of its base.
+    /// Its class is nested in that of its base.
     pub const fn nested(self) -> Self {
         Self { is_nested: true, ..self }
     }
@@ -423,7 +423,7 @@ pub struct Limits {
     pub is_unbounded: bool,
     /// The field that has to be given as well.
     pub needs: &'static str,
-    /// Whether scenes say it by the place of the table.
+    /// Whether scenes express it by the place of the table.
     pub is_by_place: bool,
     /// Whether callers of Python have to give it, although scenes may leave it out.
     pub is_explicit: bool,
@@ -483,7 +483,7 @@ impl Limits {
         Self { noun: "an arc length", ..self.unit("metres").non_negative() }
     }
 
-    /// Scenes say it by the place of the table.
+    /// Scenes express it by the place of the table.
     pub const fn by_place(self) -> Self {
         Self { is_by_place: true, ..self }
     }
@@ -498,7 +498,7 @@ impl Limits {
         Self { is_always: true, ..self }
     }
 
-    /// What stands for it after problems.
+    /// Sets the value that replaces it after problems.
     pub const fn stand_in(self, stand_in: fn() -> Value) -> Self {
         Self { stand_in: Some(stand_in), ..self }
     }
@@ -670,7 +670,7 @@ pub struct Reader {
     pub(super) problems: Vec<Problem>,
     /// The parts among which the one that is read next was chosen.
     pub(super) alternatives: &'static [Kind],
-    /// Places of fields in whose place something else stands, if the reader goes on after problems.
+    /// Places of fields that were replaced, if the reader continues after problems.
     pub(super) replaced: Option<Vec<String>>,
 }
 

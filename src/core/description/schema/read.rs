@@ -57,8 +57,7 @@ fn tag_key(kinds: &[Kind]) -> Option<&'static str> {
 }
 
 impl Reader {
-    /// A reader that puts the default, or what [stands](super::Limits::stand_in) for it, in place of a field that it cannot read, so
-    /// that others can be read.
+    /// A reader that replaces fields it cannot read by their default or [stand-in](super::Limits::stand_in), so that others can be read.
     pub fn lenient() -> Self {
         Self { replaced: Some(Vec::new()), ..Self::default() }
     }
@@ -124,7 +123,7 @@ impl Reader {
         }
     }
 
-    /// Reports a value of another type than its place asks for.
+    /// Reports a value of another type than its place requires.
     pub fn wrong_type<T>(&mut self, value: &Value, kind: &Kind) -> Option<T> {
         self.refuse("", Fault::Type { found: value.to_string(), expected: kind.words() });
         None

@@ -14,8 +14,8 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// The range of a sine over the mean of its magnitude, about.
 const RANGE_OF_MEAN: f64 = 3.0;
 
-/// So does one whose error is below this part of the mean of magnitudes over the step itself: what is more is a low pulse that its
-/// ends hardly see. A smooth table that leaves zero has such errors for a few steps.
+/// The same for an error below this part of the mean magnitude over the step: a larger one is a low pulse that the ends hardly show. A
+/// smooth table that leaves zero has such errors for a few steps.
 const MISSED: f64 = 1e-2;
 
 /// Of a pulse that is that much lower than the others of its table nothing is resolved.
@@ -41,8 +41,8 @@ impl Cell {
         (corner - self.end).abs() <= self.margin()
     }
 
-    /// The end, or the corner that it is but for rounding: what jumps there is seen on the side that comes before. `corner` is the next
-    /// one in a cell.
+    /// The end, or the corner that equals it up to rounding, so that jumps there have their values before. `corner` is the next one in
+    /// a cell.
     pub fn end_at_corner(mut self, corner: impl Fn(Self) -> Option<f64>) -> f64 {
         while let Some(next) = corner(self).filter(|&next| next > self.t) {
             if self.ends_at(next) {

@@ -60,8 +60,8 @@ pub struct Input<const N: usize> {
 /// Seconds between the values of differences. Rounding and truncation errors are both below 1e-3 of signals that vary within seconds.
 const APART: f64 = 1e-4;
 
-/// A function jumps where it changes by so many times what it changes in the intervals beside. Where it begins to move as t^5 the
-/// second interval has 31 times the first.
+/// A function jumps if it changes by this many times its changes in the neighbouring intervals. Where it starts as t^5, the second
+/// interval has 31 times the change of the first.
 const JUMP: f64 = 40.0;
 
 /// Differences of a function on one side of a time.
@@ -109,9 +109,9 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// First two derivatives with respect to time, to the right of a corner: of a function by forward differences. In steps of fixed
-    /// size, which go over jumps, by backward ones where it jumps right behind that time; runs by other methods end there, as they
-    /// see by these rates. Only a function can fail.
+    /// First two derivatives with respect to time, at a corner those after it; functions are differenced forward. In steps of fixed size,
+    /// which pass over jumps, backward differences are used directly before a jump; other methods end steps there. Only a function can
+    /// fail.
     pub(crate) fn rates(&self, t: f64, sight: Sight) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
             Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),
@@ -337,7 +337,7 @@ impl<const N: usize> PartialEq for Function<N> {
     }
 }
 
-/// What depends on time in a signal of any number of entries; see the functions of [`Signal`].
+/// Time dependence of a signal with any number of entries; see the functions of [`Signal`].
 pub(crate) trait Timed {
     /// [`Signal::varies_in_time`].
     fn varies_in_time(&self) -> bool;

@@ -240,7 +240,7 @@ impl Base {
         [way, -self.velocity].map(|v| self.rotation.apply_transposed(v))
     }
 
-    /// Axes fixed in the world, as seen from this base. `axes` are given relative to the base at rest.
+    /// Axes fixed in the world, relative to this base. `axes` are given relative to the base at rest.
     pub(crate) fn sees_axes(&self, axes: Rotation<f64>, at_rest: &Self) -> Rotation<f64> {
         let seen = |v: Vector<f64>| self.rotation.apply_transposed(at_rest.rotation.apply(v));
         Rotation { x: seen(axes.x), y: seen(axes.y), z: seen(axes.z) }

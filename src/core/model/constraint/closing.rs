@@ -36,7 +36,7 @@ const RANK: f64 = 1e-9;
 /// Gaps are not closed to first order if more than this part of them is left.
 const UNREACHED: f64 = 1e-3;
 
-/// A closing force deforms what is elastic if at least this part of the smallest motion is that of elastic coordinates.
+/// A closing force counts as deforming if at least this part of the smallest motion is along elastic coordinates.
 const DEFORMS: f64 = 0.5;
 
 /// Stiffness below this part of the largest one is none.
@@ -442,8 +442,8 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     if lowest >= -least || work <= 0.0 {
         return None;
     }
-    // Of several equal modes, and of both signs, the one that loads do most work on: a line buckles as it hangs. Without loads, the
-    // one along a fixed direction: rounding does not decide.
+    // Of several equal modes, and of both signs, the one on which loads do most work: a slack line sags downwards. Without loads, the
+    // one along a fixed direction, so that rounding does not decide.
     let along = |direction: &[f64]| {
         let mut mode = vec![0.0; n];
         for k in (0..n).filter(|&k| values[k] - lowest <= SAME_MODE * largest) {

@@ -36,9 +36,9 @@ const LARGEST_FACTOR: f64 = 1e4;
 /// Unknowns that are eliminated together.
 #[derive(Clone, Debug)]
 struct Front {
-    /// By their places in the order of elimination.
+    /// Their places in the order of elimination.
     own: Range<usize>,
-    /// Those of what they are coupled with, in [`BlockLu::coupled`].
+    /// Places of the coupled unknowns, in [`BlockLu::coupled`].
     coupled: Range<usize>,
 }
 

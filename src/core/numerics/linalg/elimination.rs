@@ -21,7 +21,7 @@ pub(super) struct Elimination {
 }
 
 impl Elimination {
-    /// Memory for blocks of so many unknowns.
+    /// Memory for blocks of this many unknowns.
     pub(super) fn new(sizes: &[usize]) -> Self {
         let blocks = sizes.len();
         let words = blocks.div_ceil(WORD).max(1);

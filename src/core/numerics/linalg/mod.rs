@@ -61,11 +61,14 @@ pub use tree::{Generators, TreeLu, TreeMatrix, TreePlace};
 /// A dense matrix of doubles, stored by columns.
 pub type Matrix = nalgebra::DMatrix<f64>;
 
+/// Largest entries of vectors whose squares neither overflow nor underflow, with a margin for sums of many.
+const UNSCALED: std::ops::Range<f64> = 1e-140..1e140;
+
 /// Euclidean norm, without overflow or underflow of squares for finite entries.
 pub fn norm(v: &[f64]) -> f64 {
     let largest = norm_inf(v);
-    // The plain sum of squares is exact to rounding in this range; scaling costs a division an entry.
-    if (1e-140..1e140).contains(&largest) {
+    // The plain sum of squares is exact to rounding in this range; scaling costs a division per entry.
+    if UNSCALED.contains(&largest) {
         v.iter().map(|x| x * x).sum::<f64>().sqrt()
     } else if largest == 0.0 || !largest.is_finite() {
         largest

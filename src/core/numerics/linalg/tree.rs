@@ -78,7 +78,7 @@ pub struct TreeMatrix {
     /// Generators of each coordinate for each place of its link, place by place: rows `u_j` (upper rank) and
     /// columns `q_j` (lower rank).
     pub carrying: Generators,
-    /// The place at which each block hangs, none of a root.
+    /// The place at which each block is attached; `None` for a root.
     hangs_at: Vec<Option<usize>>,
     places: Vec<TreePlace>,
 }
@@ -303,10 +303,10 @@ struct Link {
     /// First coordinate, and their number.
     first: usize,
     size: usize,
-    /// The place at which it hangs, and whether it is the first one there that is eliminated.
+    /// The place at which it is attached, and whether it is the first one eliminated there.
     hangs_at: Option<usize>,
     is_first_there: bool,
-    /// Its own places at which others hang.
+    /// Its own places at which other links are attached.
     places: Range<usize>,
     /// The factors of W.
     factors: Vec<f64>,
@@ -377,7 +377,7 @@ impl TreeLu {
             firsts: a.places.iter().map(|place| place.first).collect(),
             rows: vec![0.0; carrying * upper],
             columns: vec![0.0; carrying * lower],
-            // Zeros stay where nothing hangs.
+            // Zeros remain where nothing is attached.
             behind: vec![0.0; a.places.len() * upper * layout.columns],
             offset: vec![0.0; a.places.len() * upper],
             before: vec![0.0; a.places.len() * lower],
@@ -614,8 +614,7 @@ fn solve<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize, co
     }
 }
 
-/// Copies generators of a rank to places that are so many numbers apart, with zeros between them: what is not finite
-/// there would spread.
+/// Copies generators of this rank to places at distance `width`, with zeros between them, so that stale NaN cannot spread.
 #[inline(always)]
 fn copy_padded(rank: usize, from: &[f64], width: usize, to: &mut [f64]) {
     if rank == 0 {

@@ -87,7 +87,7 @@ impl Link {
         let mut check = Checker::new();
         check.require(!self.name.is_empty(), "name", "''", "a name");
         if let Some(at) = self.at {
-            // Only the robot knows the length of the parent's rod.
+            // The length of the parent's rod is known only to the robot's validation.
             crate::description::rod::arc_length::check_place(&mut check, at, "at", f64::INFINITY);
         }
         check.finite(&self.position, "position");

@@ -19,7 +19,7 @@ pub const MAX_NODES: usize = 256;
 /// long tables. An evaluation costs the square of the number, a million multiplications.
 pub const MAX_OWN_NODES: usize = 1024;
 
-/// What a segment bears, for reports: no force and no motion depends on it.
+/// Allowable loads of a segment, for reports only: no force and no motion depends on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Allowable {
     /// Smallest radius of bending of the axis, in metres.
@@ -64,7 +64,7 @@ pub struct Segment {
     /// Number of quadrature nodes, rounded up to a multiple of four; `None` uses the number that the modes
     /// need for bends up to about half a turn (`docs/rod.md`).
     pub nodes: Option<usize>,
-    /// What it bears.
+    /// Allowable loads.
     pub allowable: Allowable,
 }
 

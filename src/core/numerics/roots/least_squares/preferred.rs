@@ -206,7 +206,7 @@ impl Roots<'_> {
         Ok(None)
     }
 
-    /// The step within bounds that changes what the equations determine, and `D x`, as wanted; the equations come first.
+    /// The step within bounds that best fulfils the equations and, second, the desired change of `D x`.
     fn step(&self, here: &Place, of_equations: &[f64], of_form: &[f64]) -> Vec<f64> {
         let (rank, n) = here.rows.shape();
         let mut columns = Matrix::zeros(rank + n, n);

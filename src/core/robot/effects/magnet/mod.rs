@@ -1,5 +1,5 @@
 //! Magnets on links as robots hold them, with indices of links. [`described`] is what users describe. Segments have a
-//! magnetisation; both turn towards the uniform field of the robot, and feel the fields of its magnets.
+//! magnetisation; the uniform field of the robot and the fields of its magnets act on both.
 //!
 //! ```
 //! use lissom::magnet::Magnet;

@@ -33,6 +33,17 @@ const PATIENCE: usize = 16;
 /// After this many parts, a search bounds distances of squares of cells by their cubics; before, bounds by heights are faster.
 const FEW_PARTS: usize = 16;
 
+/// Smallest determinant over the product of the diagonal entries at which a second derivative counts as positive definite; otherwise the
+/// Gauss-Newton matrix replaces it.
+const DEFINITE: f64 = 1e-6;
+
+/// Sufficient decrease of a step (Nocedal and Wright 2006, section 3.1).
+const DECREASE: f64 = 1e-4;
+
+/// Up to this relative difference from the distance, the component along the normal replaces it: it has no cancellation close to the
+/// surface. The second number is for a distance of zero.
+const ALONG_NORMAL: [f64; 2] = [1e-9, 1e-300];
+
 /// Maximum number of subdivisions of a cell into four, if the nearest point is not certain.
 const MOST_DIVISIONS: usize = 10;
 
@@ -362,9 +373,9 @@ impl HeightField {
             let rise = height - z;
             let gradient = [place[0] - x + rise * a, place[1] - y + rise * b];
             let full = [1.0 + a * a + rise * aa, a * b + rise * ab, 1.0 + b * b + rise * bb];
-            let is_hollow = |h: &[f64; 3]| h[0] > 0.0 && h[0] * h[2] - h[1] * h[1] > 1e-6 * h[0] * h[2];
+            let is_definite = |h: &[f64; 3]| h[0] > 0.0 && h[0] * h[2] - h[1] * h[1] > DEFINITE * h[0] * h[2];
             // Gauss-Newton matrix if Newton's is not positive definite.
-            let is_newton = is_hollow(&full);
+            let is_newton = is_definite(&full);
             let [h_aa, h_ab, h_bb] = if is_newton { full } else { [1.0 + a * a, a * b, 1.0 + b * b] };
             let determinant = h_aa * h_bb - h_ab * h_ab;
             let step = [
@@ -388,7 +399,7 @@ impl HeightField {
                 let next = [place[0] + part * step[0], place[1] + part * step[1]];
                 let there = self.at(next);
                 let found = value_at(next, there.height);
-                if found <= value + 1e-4 * part * falls {
+                if found <= value + DECREASE * part * falls {
                     is_lower = found < value;
                     (place, local, value) = (next, there, found);
                     break;
@@ -483,7 +494,8 @@ impl HeightField {
         let way = Vector::new(x - best.place[0], y - best.place[1], z - height);
         // Close to the surface, the component along the normal avoids cancellation.
         let along = way.dot(normal);
-        let value = if (along - length).abs() <= 1e-9 * length.abs() + 1e-300 { along } else { length };
+        let is_along = (along - length).abs() <= ALONG_NORMAL[0] * length.abs() + ALONG_NORMAL[1];
+        let value = if is_along { along } else { length };
         let curvature = turning([a, b], bend.map(|x| x / stretch), value);
         let axes = &self.axes;
         let [row_x, row_y, row_z] = curvature.rows();
