@@ -130,7 +130,7 @@ def simulation(
                 raise ValueError(f"values[{name!r}]: got shape {value.shape}, expected a number")
         if (u is None) != (control_step is None):
             raise ValueError(
-                f"u: got {type(u).__name__}, expected inputs if, and only if, there is a control_step"
+                f"u: got {type(u).__name__}: inputs and a control_step need each other, give both or none"
             )
         u = jnp.zeros(found.held) if u is None else u
         start = [jnp.asarray(given, np.float64) for given in (q0, v0, u)]

@@ -91,7 +91,7 @@ def simulation(
         row = [_doubles(f"values[{name!r}]", values[name]) for name in found.names]
         if (u is None) != (control_step is None):
             raise ValueError(
-                f"u: got {type(u).__name__}, expected inputs if, and only if, there is a control_step"
+                f"u: got {type(u).__name__}: inputs and a control_step need each other, give both or none"
             )
         u = torch.zeros(found.held, dtype=torch.float64) if u is None else u
         start = {

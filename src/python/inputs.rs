@@ -82,9 +82,8 @@ pub(super) fn pairs(
             |((other, _), _): &&(Pair, String)| other.start < of_input.end && of_input.start < other.end;
         if let Some((_, other)) = pairs.iter().find(overlaps) {
             let shared = names[of_input].join("', '");
-            let message = format!(
-                "{place}: got '{other}' and '{name}', which both say what '{shared}' is, expected one of them"
-            );
+            let message =
+                format!("{place}: '{other}' and '{name}' both set '{shared}': give only one of them");
             return Err(PyValueError::new_err(message));
         }
         let place = format!("{place}['{name}']");

@@ -278,7 +278,7 @@ pub(super) fn along_segment(
     }
     let length = length()?.ok_or_else(|| {
         PyValueError::new_err(format!(
-            "{name}: got a function of the arc length X, expected length= beside it, the segment's (metres)"
+            "{name}: a function of the arc length X needs `length`, that of the segment (metres)"
         ))
     })?;
     Ok(match kind {

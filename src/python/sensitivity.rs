@@ -128,7 +128,7 @@ pub(crate) fn sensitivities<'py>(
     let (dq0, dv0) = (convert::matrix_of(dq0, (n, p), "dq0")?, convert::matrix_of(dv0, (n, p), "dv0")?);
     let OfParameters { forces, sections, lengths } = of_parameters(&forces, n, &places)?;
     if !(sections.is_empty() && lengths.is_empty()) && weights.is_none() {
-        return Err(PyValueError::new_err("forces: got sections or lengths, expected none without weights"));
+        return Err(PyValueError::new_err("forces: derivatives by sections or lengths need weights"));
     }
     let free = native.facts().free_lengths;
     check_lengths(&lengths, free)?;
@@ -177,8 +177,7 @@ fn rule_of(method: &str, given: &Parameters) -> PyResult<Rule> {
     match method {
         "radau" if given.is_empty() => Ok(Rule::Radau),
         "radau" => {
-            let expected =
-                "beta, gamma, alpha, rho_inf: expected nothing: they are options of the Newmark family";
+            let expected = "beta, gamma, alpha, rho_inf: options of the Newmark family, which Radau's method does not have: leave them out";
             Err(PyValueError::new_err(expected))
         }
         _ => Ok(Rule::Newmark(Scheme::by_name(method, given).or_raise()?)),

@@ -221,7 +221,7 @@ impl Controller {
             return match step {
                 None => Ok(None),
                 Some(step) => Err(PyValueError::new_err(format!(
-                    "control_step: got {step:?}, expected nothing: it is how far calls of `control` are apart, and there is none"
+                    "control_step: got {step:?}, the time between calls of `control`, without a `control`: leave it out"
                 ))),
             };
         };
@@ -233,12 +233,12 @@ impl Controller {
         }
         if model.get().look(|model| model.facts().inputs() == 0) {
             return Err(PyValueError::new_err(
-                "control: got a callable, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
+                "control: this model has no inputs: leave `control` out, or give loads or actuators a lissom.Input",
             ));
         }
         if matches!(configuration, Configuration::Accuracy(_)) {
             return Err(PyValueError::new_err(
-                "control: got a callable, expected nothing: method \"auto\" computes motions several times; take another one",
+                "control: the method \"auto\" computes motions several times: choose another method",
             ));
         }
         Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt) }))
@@ -319,7 +319,7 @@ impl OptionArguments<'_, '_> {
                 let beside = self.options_of_newmark().into_iter().chain(self.options_of_others());
                 if let Some((name, _)) = beside.into_iter().find(|&(_, is_given)| is_given) {
                     return Err(PyValueError::new_err(format!(
-                        "{name}: expected nothing: `method` is one of lissom.methods and has all of its options"
+                        "{name}: `method` is one of lissom.methods and has all of its options: leave `{name}` out"
                     )));
                 }
                 method
@@ -414,11 +414,11 @@ fn refuse<const N: usize>(options: [(&'static str, bool); N], method: &str) -> P
 
 fn refused(option: &str, method: &str) -> PyErr {
     PyValueError::new_err(match method {
-        "auto" => format!(
-            "{option}: expected nothing: the method is \"auto\", which takes `rtol` and chooses the rest"
-        ),
+        "auto" => {
+            format!("{option}: the method \"auto\" takes `rtol` and chooses the rest: leave `{option}` out")
+        }
         _ => format!(
-            "{option}: expected nothing: it is an option of the Newmark family, the method is {method:?}"
+            "{option}: an option of the Newmark family, which the method {method:?} does not have: leave it out"
         ),
     })
 }
@@ -575,7 +575,7 @@ pub(crate) fn choose_modes<'py>(
         Some(t_end) => accuracy::Purpose::Motion((t0, t_end)),
         None if dt.is_some() => {
             return Err(PyValueError::new_err(
-                "dt: expected nothing: it is for motions, which end at `t_end`",
+                "dt: only for motions, which end at `t_end`: leave `dt` out, or give `t_end`",
             ));
         }
         None => accuracy::Purpose::Equilibrium(t0),

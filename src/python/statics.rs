@@ -458,7 +458,7 @@ fn start(
         ("newton", q0) => Start::Newton(q0.unwrap_or_else(zeros)),
         ("load_path", Some(_)) => {
             return Err(PyValueError::new_err(
-                "q0: expected nothing: the load path begins at the unloaded shape; \"descent\" and \"newton\" take one",
+                "q0: the method \"load_path\" begins at the unloaded shape: leave `q0` out, or use \"descent\" or \"newton\"",
             ));
         }
         _ => {
@@ -470,7 +470,7 @@ fn start(
     let has_path = matches!(start, Start::Unloaded { .. });
     if load_steps.is_some() && !has_path {
         return Err(PyValueError::new_err(
-            "load_steps: expected nothing: with `q0`, \"descent\" and \"newton\" the whole load acts from the start",
+            "load_steps: with `q0`, \"descent\" and \"newton\" the whole load acts from the start: leave `load_steps` out",
         ));
     }
     Ok(start)

@@ -907,7 +907,7 @@ fn imported_links_stand_before_those_of_the_scene() {
 fn problems_of_a_scene_that_imports_are_at_its_keys() {
     for (old, new, key, right) in [
         (r#"parent = "arm""#, r#"parent = "am""#, "link[0].parent", r#""stand", "arm""#),
-        (r#"name = "tip""#, r#"name = "arm""#, "link[1].name", "a new name"),
+        (r#"name = "tip""#, r#"name = "arm""#, "link[1].name", "a different name"),
         (r#"{ link = "arm" }"#, r#"{ link = "art" }"#, "link[0].joint.mimic.link", "did you mean \"arm\""),
         (
             r#"{ link = "arm" }"#,

@@ -86,5 +86,5 @@ def test_gradients_with_respect_to_inputs_pass_the_checker():
     assert torch.autograd.gradcheck(states, (leaf([0.1, 0.2]), leaf(u)), atol=1e-6)
     with pytest.raises(ValueError, match=r"u: got shape \(2, 2, 1\), expected \(\.\.\., 3, 1\)"):
         states(leaf([0.1, 0.2]), leaf(u[:, :2]))
-    with pytest.raises(ValueError, match="expected inputs if, and only if"):
+    with pytest.raises(ValueError, match="inputs and a control_step need each other"):
         run({}, np.zeros(2), np.zeros(2))

@@ -51,7 +51,7 @@ def events_of(result: MotionResult) -> list[ContactEvent]:
     """Events of a motion, in the order of their times."""
     robot = result.model
     if robot is None:
-        raise ValueError("result: got one of `newmark`, expected one of `simulate`, which knows its model")
+        raise ValueError("result: a result of `newmark` does not contain its model: use one of `simulate`")
     if not isinstance(robot, Robot) or not robot.contacts:
         return []
     found = []

@@ -109,7 +109,7 @@ class EquilibriumSensitivityResult(ParameterResult):
             )
         if self.dq is None:
             raise ValueError(
-                "objective: got one, expected none: then there are only derivatives of its value"
+                "objective: with one, only derivatives of its value exist: leave it out for those of places"
             )
         place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
         position = self._model.pose(self.q, X, t=self._t, **place)[..., :3, 3]

@@ -201,7 +201,7 @@ def _check_states(model: Robot, measured: Sequence[Measured], names: Sequence[st
     """Reject initial states of what has none, or of several motions."""
     motions = sum(isinstance(each, OfMotion) for each in measured)
     if v0 is not None and not motions:
-        raise ValueError("v0: expected None: equilibria have no velocities")
+        raise ValueError("v0: equilibria have no velocities: leave `v0` out")
     for name in names:
         start = START.fullmatch(name)
         if start is None:

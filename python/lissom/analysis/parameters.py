@@ -206,7 +206,7 @@ def names_of(names: object) -> list[Any]:
         if not isinstance(name, str):
             raise TypeError(f"parameters[{i}]: got {type(name).__name__}, expected a name")
         if name in listed[:i]:
-            raise ValueError(f"parameters[{i}]: got {name!r} a second time, expected every name once")
+            raise ValueError(f"parameters[{i}]: {name!r} is listed twice: give each name once")
     if not listed:
         raise ValueError("parameters: got no names, expected at least one")
     return listed
@@ -247,9 +247,7 @@ def resolved(
             for key in keys:
                 if key in known:
                     also = "" if known[key] == parameter.name else f", first as {known[key]!r}"
-                    raise ValueError(
-                        f"parameters: got {parameter.name!r} a second time{also}, expected it once"
-                    )
+                    raise ValueError(f"parameters: {parameter.name!r} is listed twice{also}: give it once")
                 known[key] = parameter.name
         found += new
     return found

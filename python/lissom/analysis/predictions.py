@@ -177,17 +177,19 @@ def measured_of(model: Robot, data: Any, defaults: Defaults) -> list[Measured]:
         (one,) = _without_places([_read(data)], defaults)
         is_motion = isinstance(one, RecordedMotion)
         if not is_motion and "u" in defaults.options:
-            raise ValueError(f"u: expected None: {type(one).__name__} has inputs of its own")
+            raise ValueError(f"u: {type(one).__name__} has its own inputs: leave `u` out")
         known = ("u", "control_step", *OF_MOTIONS) if is_motion else OF_STATICS
         keywords("fit", defaults.options, (*OF_FIT, *known))
         return [_one(model, one, defaults, defaults.options)]
     read = _without_places([_numbered(i, _read, each) for i, each in enumerate(data)], defaults)
     for name in ("u", "control_step"):
         if name in defaults.options:
-            raise ValueError(f"{name}: expected None: each RecordedMotion has its own `{name}`")
+            raise ValueError(f"{name}: each RecordedMotion has its own `{name}`: leave it out")
     is_both = len({isinstance(each, NaturalFrequencies) for each in read}) > 1
     if is_both and defaults.noise is not None:
-        raise ValueError("noise: expected None: data in metres and in hertz have each a noise of their own")
+        raise ValueError(
+            "noise: data in metres and in hertz need a noise each: give it to them, not to `fit`"
+        )
     options = [defaults.options] * len(read)
     motions = {isinstance(each, RecordedMotion) for each in read}
     of_all = [name for one in motions for name in (OF_MOTIONS if one else OF_STATICS)]
@@ -251,7 +253,7 @@ def _read(data: Any) -> Data:
 def _without_places(data: list[Data], defaults: Defaults) -> list[Data]:
     """The data; raises ValueError for places that none of them has."""
     if defaults.places is not None and all(isinstance(each, NaturalFrequencies) for each in data):
-        raise ValueError("places: expected None: frequencies have no places")
+        raise ValueError("places: frequencies have no places: leave `places` out")
     return data
 
 
@@ -277,7 +279,7 @@ def _one(model: Robot, data: Data, defaults: Defaults, options: Mapping[str, Any
         return OfShapes(numbers, inputs, where, q0, options, noise)
     times = np.asarray(data.t)
     if times[0] < defaults.t0:
-        raise ValueError(f"data: the first time is {times[0]:g}, expected none before t0 = {defaults.t0:g}")
+        raise ValueError(f"data: the first time, {times[0]:g}, is before t0 = {defaults.t0:g}")
     if times[-1] == defaults.t0:
         raise ValueError(f"data: the only time is t0 = {defaults.t0}, expected some motion after it")
     q0 = _state(defaults.q0 if data.q0 is None else data.q0, model.n, "q0")

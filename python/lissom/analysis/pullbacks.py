@@ -166,7 +166,7 @@ def pullback(
         )
     for name in options:
         if name not in (*OF_SCHEME, *OF_STEPS) or name == "progress":
-            raise TypeError(f"{name}: expected nothing, runs that are differentiated have no such option")
+            raise TypeError(f"{name}: runs that are differentiated have no such option: leave it out")
     names = [] if isinstance(parameters, Sequence) and len(parameters) == 0 else names_of(parameters)
     for i, name in enumerate(names):
         if START.fullmatch(name):
@@ -186,7 +186,7 @@ def _held(model: Model, control_step: float | None, duration: float, dt: float) 
         return 0, 0
     if not model.inputs:
         raise ValueError(
-            "control_step: expected nothing: this model has no inputs; give loads or actuators a lissom.Input"
+            "control_step: this model has no inputs: leave it out, or give loads or actuators a lissom.Input"
         )
     # Then all steps have the same size.
     is_whole = control_step > 0.0 and abs(control_step / dt - round(control_step / dt)) <= OF_STEP

@@ -52,7 +52,8 @@ SAME = 1e-3
 #: errors of the time steps below it are expected.
 ALIKE, NOTABLE = 0.5, 0.01
 
-#: Errors of the time steps that change a value by more than this part of its interval's half width are reported.
+#: Errors of the time steps are reported that change a value by more than this part of its interval's half
+#: width.
 OF_STEPS = 0.25
 
 #: Measured positions that are farther off than this multiple of the robot's length are in other units.

@@ -133,7 +133,7 @@ class SensitivityResult(ParameterResult):
             )
         if self.dq is None or self.dv is None:
             raise ValueError(
-                "objective: got one, expected none: then there are only derivatives of its value"
+                "objective: with one, only derivatives of its value exist: leave it out for those of places"
             )
         times, q, dq = self._between(t)
         place: dict[str, Any] = {"link": self._model.links[-1].name if link is None else link}
@@ -369,13 +369,13 @@ def _held(
     if u is None:
         if control_step is not None:
             raise ValueError(
-                f"control_step: got {control_step!r}, expected nothing: it is how long rows of `u` are held"
+                f"control_step: got {control_step!r} without `u`, whose rows it holds: leave it out"
             )
         return None, None
     count = len(model.inputs)
     if not count:
         raise ValueError(
-            "u: expected nothing: this model has no inputs (give loads or actuators a lissom.Input)"
+            "u: this model has no inputs: leave `u` out, or give loads or actuators a lissom.Input"
         )
     given = finite_array(u, "u")
     if given.ndim == 1 and control_step is None:

@@ -229,7 +229,7 @@ def _peaks(self: MotionResult) -> list[Peak]:
     from ..model.views import view
 
     if self.model is None:
-        raise ValueError("result: got one of `newmark`, expected one of `simulate`, which knows its model")
+        raise ValueError("result: a result of `newmark` does not contain its model: use one of `simulate`")
     if not len(self.t):
         raise ValueError("result: it has no states")
     return peaks_of(self.model, States(view(self.model), self.q, self.v, self.a, self.t, self.u))

@@ -36,8 +36,8 @@ def shorthand(method: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]
     for field in fields(method):
         if field.name in options:
             raise ValueError(
-                f"{field.name}: expected nothing: `method` is one of lissom.methods and has all of its "
-                "options"
+                f"{field.name}: `method` is one of lissom.methods and has all of its options: leave "
+                f"`{field.name}` out"
             )
         value = getattr(method, field.name)
         # Runs of the Newmark family are differentiated only where nothing meets.

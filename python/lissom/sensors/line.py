@@ -37,9 +37,7 @@ class Line:
     def read(self, t: float, sample: Callable[[], Array]) -> Array:
         """Reading at a time, not before that of the last reading. Takes a sample if one is due."""
         if t < self.last:
-            raise ValueError(
-                f"t: got {t}, expected no time before the last reading's, {self.last}; `reset` begins anew"
-            )
+            raise ValueError(f"t: got {t}, before the last reading at {self.last}: `reset` starts again")
         if not self.samples:
             self.first = t
         # One sample for equal times.

@@ -31,9 +31,9 @@ pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, Inv
     match model.open_loop(&q) {
         None => Ok(q),
         Some(flaw) => {
-            let expected =
-                "one in which the loops are closed, or can be from there: loops that conflict never are";
-            Err(InvalidInput::new("q0", format_args!("a start that {flaw}, as near as it gets"), expected))
+            let found = format_args!("a start that {flaw} and cannot be closed from there");
+            let expected = "a start closer to a closed shape, and loops that do not contradict each other";
+            Err(InvalidInput::new("q0", found, expected))
         }
     }
 }

@@ -107,7 +107,7 @@ pub trait Dynamics {
             Flaw::Inverted { .. } => {
                 "a stretch (reference strain and modes together) > 0 all along".to_owned()
             }
-            Flaw::Open { .. } => "one in which the loops are closed, or can be from there".to_owned(),
+            Flaw::Open { .. } => "a shape with closed loops".to_owned(),
             Flaw::Sunk { .. } => "surfaces that overlap by less than a radius".to_owned(),
             Flaw::Collapsed { .. } => {
                 "points apart from each other where a tendon pulls between them".to_owned()

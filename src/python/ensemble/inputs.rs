@@ -28,18 +28,18 @@ impl Inputs {
         let no_steps = |control_step: Option<f64>| match control_step {
             None => Ok(()),
             Some(step) => Err(PyValueError::new_err(format!(
-                "control_step: got {step:?}, expected nothing: it is how long each of inputs of shape (count, steps, inputs) is held"
+                "control_step: got {step:?}, but only inputs of shape (count, steps, inputs) are held for a time: leave it out"
             ))),
         };
         let Some(given) = given else { return no_steps(control_step).map(|()| Self::Defaults) };
         if width == 0 {
             return Err(PyValueError::new_err(
-                "u: got inputs, expected nothing: this model has no inputs (give loads or actuators a lissom.Input)",
+                "u: this model has no inputs: leave `u` out, or give loads or actuators a lissom.Input",
             ));
         }
         if matches!(configuration, Configuration::Accuracy(_)) {
             return Err(PyValueError::new_err(
-                "u: got inputs, expected nothing: method \"auto\" takes their defaults; take another one",
+                "u: the method \"auto\" uses the default inputs: leave `u` out, or choose another method",
             ));
         }
         let of_three = convert::numbers(given, "u", "an array of real numbers, of one to three dimensions")?;

@@ -223,9 +223,9 @@ fn check_memory(size: Size, keep: Keep, inputs: usize, workers: usize, limit: f6
     let instead = "ask for fewer times with `t_eval`, or keep \"final\" or \"summary\"";
     if bytes > limit {
         return Err(PyValueError::new_err(format!(
-            "keep: got {found}, expected what takes at most {:.3} GB; this takes {:.3} GB: {instead}, or raise `memory_limit`",
-            limit / 1e9,
-            bytes / 1e9
+            "keep: {found} take {:.3} GB, more than `memory_limit`, {:.3} GB: {instead}, or raise `memory_limit`",
+            bytes / 1e9,
+            limit / 1e9
         )));
     }
     crate::numerics::memory::check(numbers, "keep", found, instead).or_raise()

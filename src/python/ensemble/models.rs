@@ -20,7 +20,7 @@ impl Models {
         let models = each(model)?;
         if models.is_empty() {
             return Err(PyValueError::new_err(
-                "model: got 0 models, expected at least one (one model and starts of shape (0, n) are no rows)",
+                "model: got no models, expected at least one (for no rows, give one model and starts of shape (0, n))",
             ));
         }
         Ok(Self::Each(models))

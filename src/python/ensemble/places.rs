@@ -39,7 +39,7 @@ fn places_of_model(model: &Bound<'_, PyModel>, given: Option<&Bound<'_, PyAny>>)
     let links = robot.map_or(1, |robot| robot.get().description().links.len());
     let Some(given) = given else { return Ok(vec![(links - 1, None)]) };
     let Some(robot) = robot else {
-        return Err(PyTypeError::new_err("places: got some, expected None: this model has no links"));
+        return Err(PyTypeError::new_err("places: this model has no links: leave `places` out"));
     };
     let robot = robot.get();
     let expected = "arc lengths, names of links, or pairs (link, arc length)";

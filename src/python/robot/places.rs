@@ -25,7 +25,7 @@ impl PyRobot {
             return Ok(());
         }
         Err(PyValueError::new_err(match link.rod.is_empty() {
-            true => format!("X: got {x}, expected None: link '{}' has no rod", link.name),
+            true => format!("X: got {x}, but link '{}' has no rod: leave X out", link.name),
             false => format!("X: got {x}, expected an arc length in [0, {length}] (metres)"),
         }))
     }
@@ -66,7 +66,7 @@ impl PyRobot {
                 if names.is_empty() { ", but no link has one".to_owned() } else { format!(": {names}") };
             let found = &links[index].name;
             return Err(PyValueError::new_err(format!(
-                "link: got '{found}', which has no rod, expected a link with one{expected}"
+                "link: '{found}' has no rod, expected a link with a rod{expected}"
             )));
         }
         let sections: Vec<_> = places.into_iter().map(|x| model.place_on(index, x)).collect();

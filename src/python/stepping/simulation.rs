@@ -193,7 +193,7 @@ impl PySimulation {
         };
         let Configuration::Method(method) = given.configuration(n)? else {
             return Err(PyValueError::new_err(
-                "method: got \"auto\", expected one that goes step by step: \"auto\" computes whole motions several times",
+                "method: \"auto\" computes whole motions several times and cannot go step by step: choose another method",
             ));
         };
         let start = start(n, q0, v0, t0)?;

@@ -168,7 +168,7 @@ impl PySimulations {
                     })?;
                     if std::mem::replace(&mut is_chosen[row], true) {
                         return Err(PyValueError::new_err(format!(
-                            "which[{i}]: got {number} again, expected each row once"
+                            "which[{i}]: row {number} is listed twice: give each row once"
                         )));
                     }
                     chosen.push(row);

@@ -325,7 +325,7 @@ ON_A_ROBOT = {
     ),
     "two of one name": (
         [tendon(), Motor("base", 1), Motor("tube.angle", 1, name="pull")],
-        ("actuators[2].name", 'got "pull", which another actuator has'),
+        ("actuators[2].name", 'got "pull", the name of another actuator'),
     ),
     "a joint that nobody knows": (
         [Motor("bsae", 1)],
@@ -616,7 +616,7 @@ def test_default_names_of_actuators_do_not_collide():
     assert [each.name for each in robot.actuators] == ["a", "a.angle", "a 2", "b"]
     again = lissom.Robot(links, actuators=robot.actuators)
     assert [each.name for each in again.actuators] == ["a", "a.angle", "a 2", "b"]
-    with pytest.raises(ValueError, match='got "b", which another actuator has'):
+    with pytest.raises(ValueError, match='got "b", the name of another actuator'):
         lissom.Robot(links, actuators=[Motor("a", 0.1, name="b")] * 2)
     soft = lissom.Segment(0.1, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1})
     muscles = [ActiveStrain(None, "bend_y", (0.0, 1.0)), ActiveStrain(None, "bend_y", (1.0, 0.0))]

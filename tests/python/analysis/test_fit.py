@@ -202,7 +202,7 @@ REFUSED = {
     "u: got shape (1, 1), expected (2, m)": lambda: lissom.StaticShapes([[0, 0, 0]] * 2, u=[[1]]),
     "expected frequencies > 0 that increase": lambda: lissom.NaturalFrequencies([2, 1]),
     "values: got shape (0,)": lambda: lissom.NaturalFrequencies([]),
-    "places: expected None: frequencies have no places": lambda: lissom.fit(
+    "places: frequencies have no places: leave `places` out": lambda: lissom.fit(
         straight(), lissom.NaturalFrequencies([1.0]), {"gravity[2]": 0.0}, places=[0.1]
     ),
     "got 9 frequencies, expected at most 4": lambda: lissom.fit(
@@ -214,7 +214,7 @@ REFUSED = {
     "expected numbers of the model: equilibria have no start": lambda: lissom.fit(
         straight(), lissom.StaticShapes([[0, 0, 0]]), {"q0[0]": 0.0}
     ),
-    "v0: expected None: equilibria have no velocities": lambda: lissom.fit(
+    "v0: equilibria have no velocities: leave `v0` out": lambda: lissom.fit(
         straight(), lissom.StaticShapes([[0, 0, 0]]), {"gravity[2]": 0.0}, v0=[0] * 4
     ),
     "data[0]: got int, expected a pair (t, positions), RecordedMotion, StaticShapes": lambda: lissom.fit(

@@ -126,10 +126,10 @@ REFUSED = {
     "compare metres with hertz": lambda: lissom.fit(arm(), [shapes(noise=1e-3), frequencies()], {YOUNG: 3e5}),
     "data[0].noise: expected the standard deviation of its numbers in metres, such as noise=1e-3: the other "
     "data have one": lambda: lissom.fit(arm(), [shapes(), shapes(noise=1e-3)], {YOUNG: 3e5}),
-    "noise: expected None: data in metres and in hertz have each a noise of their own": lambda: lissom.fit(
+    "noise: data in metres and in hertz need a noise each": lambda: lissom.fit(
         arm(), [shapes(), frequencies()], {YOUNG: 3e5}, noise=1e-3
     ),
-    "u: expected None: each RecordedMotion has its own `u`": lambda: lissom.fit(
+    "u: each RecordedMotion has its own `u`": lambda: lissom.fit(
         arm(), [motion(PULLS), motion(PULLS)], {YOUNG: 3e5}, u=PULLS
     ),
     "there are 2 motions, each with its own start": lambda: lissom.fit(
@@ -324,5 +324,5 @@ def test_data_in_millimetres_are_told():
 def test_keywords_are_those_of_fit(call, message):
     with pytest.raises(TypeError, match=message):
         call()
-    with pytest.raises(ValueError, match="u: expected None: StaticShapes has inputs of its own"):
+    with pytest.raises(ValueError, match="u: StaticShapes has its own inputs"):
         lissom.fit(arm(), shapes(), {YOUNG: 3e5}, u=[[0.0]])

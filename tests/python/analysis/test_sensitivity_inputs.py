@@ -122,7 +122,7 @@ def test_without_inputs_the_defaults_are_held():
         ({"u": U[:3]}, r"u: got shape \(3, 2\), expected \(4, 2\)"),
         ({"u": U[:, :1]}, r"u: got shape \(4, 1\), expected \(4, 2\)"),
         ({"u": np.where(U > 2, np.nan, U)}, "finite"),
-        ({"u": None}, "control_step: got 0.035, expected nothing"),
+        ({"u": None}, "control_step: got 0.035 without `u`"),
         ({"control_step": -1.0}, "control_step: got -1.0"),
         ({"parameters": ["u[4]"]}, r"'u\[4\]', expected an index below 4, the number of steps"),
         ({"parameters": ["u[0][2]"]}, "an index below 2, the number of inputs"),
@@ -139,5 +139,5 @@ def test_bad_inputs_are_refused_before_the_run(changes, message):
 
 def test_models_without_inputs_take_none():
     rod = lissom.Rod([lissom.Segment(0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 1})])
-    with pytest.raises(ValueError, match="u: expected nothing: this model has no inputs"):
+    with pytest.raises(ValueError, match="u: this model has no inputs"):
         lissom.sensitivity(rod, 0.1, ["v0"], u=[1.0])

@@ -115,7 +115,7 @@ def test_functions_take_starts_shapes_and_frequencies_too():
             rod(),
             {"segments[*].young_modulus": 3e5, "segments[1].young_modulus": 3e5},
             ValueError,
-            "a second time, first as",
+            "is listed twice, first as",
         ),
     ],
 )
@@ -210,7 +210,7 @@ def test_actuators_of_one_kind_are_counted_by_themselves():
         lissom.sensitivity(pulled(), 0.1, ["tendons[2].friction"])
     with pytest.raises(ValueError, match=r"chambers\[0\]: the model has 0 entries at chambers"):
         lissom.sensitivity(pulled(), 0.1, ["chambers[*].pressure"])
-    with pytest.raises(ValueError, match="a second time, first as"):
+    with pytest.raises(ValueError, match="is listed twice, first as"):
         lissom.sensitivity(pulled(), 0.1, ["tendons[*].friction", "actuators[2].friction"])
     with pytest.raises(ValueError, match=r"values 0\.1, 0\.2, expected equal ones"):
         lissom.sensitivity(pulled((0.1, 0.2)), 0.1, ["tendons[*].friction"])
@@ -237,7 +237,7 @@ def test_links_are_named_by_their_names():
         ValueError, match=r"number of one, such as 'links\[0\].uper', or the name of one, such as"
     ):
         lissom.sensitivity(tree(), 0.05, ["links[uper].joint.stiffness"])
-    with pytest.raises(ValueError, match="a second time, first as"):
+    with pytest.raises(ValueError, match="is listed twice, first as"):
         lissom.sensitivity(tree(), 0.05, ["links[upper].joint.stiffness", "links[2].joint.stiffness"])
     scene = tree().to_scene(t_end=0.05)
     values = [1.0, 2.0]

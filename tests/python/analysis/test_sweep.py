@@ -204,7 +204,7 @@ REFUSED = {
     "star first": ({"[*].radius": [1e-2]}, "expected a path of keys"),
     "value": ({E: [1e6, -1.0]}, r"young_modulus'\]\[1\]: got -1.0: .*expected a finite number > 0"),
     "nan": ({E: [1e6, np.nan]}, r"young_modulus'\]\[1\]: got nan, expected a finite number"),
-    "twice": ({E: [1e6, 1e6]}, "again, expected each value once"),
+    "twice": ({E: [1e6, 1e6]}, "is listed twice: give each value once"),
     "no values": ({E: []}, "got no values"),
 }
 

@@ -149,7 +149,7 @@ def test_inputs_are_checked():
         run({}, np.zeros(3), np.zeros(3))
     with pytest.raises(ValueError, match=r"u: got shape \(2, 2\), expected \(3, 2\)"):
         run({}, np.zeros(3), np.zeros(3), U[:2])
-    with pytest.raises(ValueError, match="expected inputs if, and only if"):
+    with pytest.raises(ValueError, match="inputs and a control_step need each other"):
         lissom.jax.simulation(steered(), 0.25)({}, np.zeros(3), np.zeros(3), U)
     with pytest.raises(ValueError, match=r"a whole number of steps of 0\.01"):
         lissom.jax.simulation(steered(), 0.25, control_step=0.025)

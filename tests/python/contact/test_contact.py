@@ -605,7 +605,7 @@ def test_default_names_of_contacts_do_not_collide():
         assert [each.name for each in again.contacts] == names
     q = [0, 0, -0.95, 0, 0, 0]
     assert {touch.contact for touch in robot.touches(q)} == {names[0], names[2], names[3]}
-    with pytest.raises(ValueError, match=r'contacts\[1\].name: got "c", which another contact has'):
+    with pytest.raises(ValueError, match=r'contacts\[1\].name: got "c", the name of another contact'):
         lissom.Robot(links, contacts=[contact(floor, name="c"), contact(wall, name="c")])
     segment = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 1})
     rod = lissom.Rod([segment], contacts=[lissom.Contact("rod", floor), lissom.Contact("rod", wall)])

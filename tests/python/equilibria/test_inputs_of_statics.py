@@ -352,11 +352,11 @@ REFUSED_PATHS = {
     ),
     "a vector and its entry": (
         {"u": ((0, 0, 0), (0, 0, 0.01)), "u.z": (0, 0.02)},
-        "inputs: got 'u' and 'u.z', which both say what 'u.z' is, expected one of them",
+        "inputs: 'u' and 'u.z' both set 'u.z': give only one of them",
     ),
     "an entry and its vector": (
         {"u.z": (0, 0.02), "u": ((0, 0, 0), (0, 0, 0.01))},
-        "inputs: got 'u.z' and 'u', which both say what 'u.x', 'u.y', 'u.z' is, expected one of them",
+        "inputs: 'u.z' and 'u' both set 'u.x', 'u.y', 'u.z': give only one of them",
     ),
     "no number": ({"pull": (0, np.nan)}, "inputs['pull'][1]: got NaN, expected a finite number"),
     "no number of a vector": (

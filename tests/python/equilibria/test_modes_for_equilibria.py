@@ -108,7 +108,7 @@ def test_what_lies_on_something_is_released():
 
 
 def test_an_interval_belongs_to_a_motion():
-    with pytest.raises(ValueError, match=r"dt: expected nothing: it is for motions"):
+    with pytest.raises(ValueError, match=r"dt: only for motions"):
         lissom.choose_modes(cone({"bend_y": 1}), dt=0.1)
 
 

@@ -211,7 +211,7 @@ RIGID = lissom.Robot(
 REFUSED = {
     "link: got none, expected one of the links": {"link": None},
     "link: got 'sof', expected one of the links: 'arm', 'soft'; did you mean 'soft'": {"link": "sof"},
-    "link: got 'arm', which has no rod, expected a link with one: 'soft'": {"link": "arm"},
+    "link: 'arm' has no rod, expected a link with a rod: 'soft'": {"link": "arm"},
     r"X: got 0.6, expected an arc length in \[0, 0.5\]": {"link": "soft", "X": 0.6},
     r"X: got NaN|X: got nan": {"link": "soft", "X": np.nan},
 }

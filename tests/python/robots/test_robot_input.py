@@ -54,7 +54,7 @@ REFUSED_ROBOTS = {
     r"links\[0\].parent: got 'b', expected the name of a link that stands before": lambda: robot(
         link(parent="b"), link("b")
     ),
-    r'links\[1\].name: got "a", which another link has': lambda: robot(link(), link()),
+    r'links\[1\].name: got "a", the name of another link': lambda: robot(link(), link()),
     r"links\[0\].at: got 0.1": lambda: robot(link(at=0.1)),
     r'links\[1\].at: got 0.1 on "a", which has no rod': lambda: robot(link(), link("b", parent="a", at=0.1)),
     r"links\[1\].at: got 0.5, expected an arc length in \[0, 0.3\]": lambda: robot(
@@ -148,7 +148,7 @@ def test_coordinates_have_names_and_links_their_slices():
 
 def test_places_on_rigid_links_are_refused():
     made = robot(link())
-    with pytest.raises(ValueError, match=r"X: got 0\.1, expected None: link 'a' has no rod"):
+    with pytest.raises(ValueError, match=r"X: got 0\.1, but link 'a' has no rod"):
         made.pose([0.1], 0.1)
 
 

@@ -320,8 +320,8 @@ def test_the_default_accuracy():
         ("rtol: got 1, expected a number in .*length", {"rtol": 1.0}),
         ("rtol: got 1e-15", {"rtol": 1e-15}),
         ("rtol: got NaN", {"rtol": float("nan")}),
-        ('atol: expected nothing: the method is "auto"', {"atol": 1e-6}),
-        ('beta: expected nothing: the method is "auto"', {"beta": 0.25}),
+        ('atol: the method "auto" takes `rtol`', {"atol": 1e-6}),
+        ('beta: the method "auto" takes `rtol`', {"beta": 0.25}),
         ("dt: got 0", {"dt": 0.0}),
     ],
 )

@@ -207,7 +207,7 @@ def test_a_row_that_fails_disturbs_no_other():
         ({"method": "auto"}, ValueError, 'method: got "auto"'),
         ({"methud": "radau"}, TypeError, "methud"),
         ({"model": 3}, TypeError, "model: expected a Model .* or a sequence of them, got int"),
-        ({"model": [], "count": None}, ValueError, "model: got 0 models, expected at least one"),
+        ({"model": [], "count": None}, ValueError, "model: got no models, expected at least one"),
         ({"model": [arm()] * 3}, ValueError, "model: got 3 models, expected 2"),
         ({"model": [arm(), 3]}, TypeError, r"model\[1\]: expected a Model"),
         (
@@ -232,7 +232,7 @@ def test_bad_arguments_are_refused(arguments, error, match):
     ("which", "error", "match"),
     [
         ([0, 3], ValueError, r"which\[1\]: got 3, expected a row, from 0 to 2"),
-        ([0, -3], ValueError, r"which\[1\]: got -3 again, expected each row once"),
+        ([0, -3], ValueError, r"which\[1\]: row -3 is listed twice"),
         ([True, False], TypeError, r"which: expected a mask of shape \(3,\)"),
         ([[True, False, True]], TypeError, r"which: expected a mask of shape \(3,\)"),
         ([0.5], TypeError, r"which: expected a mask of shape \(3,\) or numbers of rows"),

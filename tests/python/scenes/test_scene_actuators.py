@@ -164,7 +164,11 @@ MISTAKES = {
         "{ stations = [0, 0.1], values = [0, 0.1] }",
         ("tendon[0].path[1].offset[1].stations[1]", "0.1]", "got 0.1", "expected 0.2"),
     ),
-    "a name twice": ('"blow"', '"pull"', ("chamber[0].name", '"pull"', "another actuator has", "a new name")),
+    "a name twice": (
+        '"blow"',
+        '"pull"',
+        ("chamber[0].name", '"pull"', "another actuator", "a different name"),
+    ),
     "no name": ('"blow"', '""', ("chamber[0].name", '""', 'got ""', "expected a name")),
     "a negative area": ("1e-5", "-1e-5", ("chamber[0].area", "-1e-5", "got -0.00001", "finite number > 0")),
     "a stiffness of a tension": (

@@ -246,7 +246,7 @@ GROUND = 'b = { kind = "half_space" }\n'
             'a = "arm"\nname = "x"\n' + GROUND + '[[contact]]\na = "arm"\nname = "x"\n' + GROUND,
             "contact[1].name",
             "another contact",
-            "a new name",
+            "a different name",
         ),
         ('a = "arm"\nstifness = 1\n' + GROUND, "contact[0].stifness", "unknown key", "stiffness"),
     ],

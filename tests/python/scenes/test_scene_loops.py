@@ -186,7 +186,7 @@ def test_what_makes_no_sense_is_refused_at_its_line(loop, line, message):
 
 def test_names_of_loops_are_their_own():
     twice = '[[loop]]\nname = "pin"\nkind = { type = "weld" }\na = "crank"\n'
-    with pytest.raises(lissom.SceneError, match=r'loop\[1\].name: got "pin", which another loop has'):
+    with pytest.raises(lissom.SceneError, match=r'loop\[1\].name: got "pin", the name of another loop'):
         scene(twice + twice.replace('"crank"', '"coupler"'))
     unnamed = '[[loop]]\nkind = { type = "weld" }\na = "crank"\n'
     names = [each.name for each in scene(unnamed + unnamed).model.loops]

@@ -555,10 +555,10 @@ ON_ARM = {
     "link: got 'hnad', expected one of the links": lambda: sensors.Imu(ARM, "hnad"),
     "link: got none": lambda: sensors.Imu(ARM),
     "at: got 0.4, expected an arc length in": lambda: sensors.Imu(ARM, "arm", 0.4),
-    "at: got 0.1, expected None: link 'hand' has no rod": lambda: sensors.Marker(ARM, "hand", 0.1),
+    "at: got 0.1, but link 'hand' has no rod": lambda: sensors.Marker(ARM, "hand", 0.1),
     "at: expected a number, got shape": lambda: sensors.Marker(ARM, "arm", [0.1, 0.2]),
     "at: expected 1 to 10000 numbers, got shape (0,)": lambda: sensors.StrainGauge(ARM, "arm", []),
-    "which has no rod": lambda: sensors.CurvatureSensor(ARM, "hand"),
+    "'hand' has no rod": lambda: sensors.CurvatureSensor(ARM, "hand"),
     "point: expected 3 numbers": lambda: sensors.Imu(ARM, "arm", point=(1, 2)),
     "point[1]: got NaN, expected a finite number": lambda: sensors.Imu(ARM, "arm", point=(1, np.nan, 0)),
     "orientation: got a quaternion of norm 2": lambda: sensors.Imu(ARM, "arm", orientation=(2, 0, 0, 0)),
@@ -634,7 +634,7 @@ def test_bad_readings_are_refused(message):
 def test_time_runs_forwards_until_a_reset_and_a_bad_reading_changes_nothing():
     encoder = sensors.Encoder(HINGE)
     encoder.read(0.2, [1.0])
-    with pytest.raises(ValueError, match=r"t: got 0\.1, expected no time before the last reading's, 0\.2"):
+    with pytest.raises(ValueError, match=r"t: got 0\.1, before the last reading at 0\.2"):
         encoder.read(0.1, [2.0])
     with pytest.raises(ValueError, match=r"q\[0\]: got NaN"):
         encoder.read(0.3, [np.nan])

@@ -154,7 +154,7 @@ def sweep(
     source = source_of(model, options)
     for name in NO_OPTIONS:
         if name in options:
-            raise TypeError(f"{name}: expected nothing: it is no option of sweeps")
+            raise TypeError(f"{name}: sweeps have no such option: leave it out")
     others = ("model", *NO_OPTIONS, *OWN)
     of_simulate = [name for name in inspect.signature(simulate).parameters if name not in others]
     keywords("sweep", options, (*OWN, *of_simulate))
@@ -246,7 +246,7 @@ def _values(name: str, values: Iterable[Any]) -> list[Any]:
             raise ValueError(f"parameters[{name!r}][{i}]: got {value}, expected a finite number")
         if value in plain[:i]:
             # Equal values would share a coordinate of the dataset.
-            raise ValueError(f"parameters[{name!r}][{i}]: got {value!r} again, expected each value once")
+            raise ValueError(f"parameters[{name!r}][{i}]: {value!r} is listed twice: give each value once")
     return plain
 
 

@@ -620,8 +620,8 @@ pub(super) fn check_name<'a>(
     kind: &str,
 ) {
     let is_new = known.insert(name);
-    let found = format_args!("\"{name}\", which another {kind} has");
-    check.require(is_new, &format!("{place}.name"), found, "a new name");
+    let found = format_args!("\"{name}\", the name of another {kind}");
+    check.require(is_new, &format!("{place}.name"), found, "a different name");
 }
 
 /// Reports integration matrices that are too large.
