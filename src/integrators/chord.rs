@@ -1,4 +1,4 @@
-//! The chord method, which is Newton's with a Jacobian that is kept: contraction rates of its corrections, and when these are small enough.
+//! The chord method, Newton's method with a constant Jacobian: contraction rates of its corrections, and convergence tests.
 
 /// Newton iterations before the step is reduced; SciPy's number (RADAU5: 7).
 pub(crate) const NEWTON_ITERATIONS: usize = 6;
@@ -13,16 +13,16 @@ const FEW_ITERATIONS: usize = 2;
 /// Two corrections in a row below this part of the tolerance end the iteration, whatever their ratio: even at a rate of
 /// 0.97 the remaining error is below the tolerance.
 const NEGLIGIBLE: f64 = 0.03;
-/// With a rate above that an iteration is not worth its price.
+/// With a higher rate, an iteration is not worth its cost.
 pub(crate) const SLOWEST_RATE: f64 = 0.5;
 
-/// The error that remains after an increment of that size (Hairer and Wanner 1996, section IV.8).
+/// The remaining error after an increment of this size (Hairer and Wanner 1996, section IV.8).
 pub(crate) fn remaining_error(size: f64, rate: f64) -> f64 {
     if rate < 1.0 { size * rate / (1.0 - rate) } else { f64::INFINITY }
 }
 
-/// How many iterations it takes, the one of this increment included, until the error that is left after it is below 1; infinite
-/// when that is not worth trying.
+/// Number of iterations, including that of this increment, until the remaining error is below 1; infinite if that is not worth
+/// trying.
 pub(crate) fn iterations_needed(left: f64, rate: f64) -> f64 {
     let mut error = left;
     if !error.is_finite() || rate > SLOWEST_RATE {
@@ -85,7 +85,7 @@ impl Iteration {
     pub(crate) fn judge(&mut self, norm: f64) -> Verdict {
         self.count += 1;
         let previous = self.previous_norm.replace(norm);
-        // The prediction was right, and corrections are rounding, which does not contract.
+        // Both corrections are rounding, which does not contract.
         if previous.is_some_and(|previous| previous.max(norm) <= NEGLIGIBLE * self.tolerance) {
             return Verdict::Converged(Converged { iterations: self.count, rate: 0.0 });
         }

@@ -1,4 +1,4 @@
-//! Runs of models: to an end or step by step, to an accuracy, many at once, with derivatives.
+//! Runs of models: to an end or step by step, to a requested accuracy, many at once, with derivatives.
 
 pub mod accuracy;
 pub mod balance;

@@ -47,7 +47,7 @@ impl TimeLimit {
         Self { start: Instant::now(), is_reached: false, ..*self }
     }
 
-    /// Asks to stop if the time is up at a step to the time `t` that is not the last one: what a monitor calls.
+    /// Requests a stop if the time is up at a step to the time `t` that is not the last one; to be called by a monitor.
     pub fn check(&mut self, t: f64) -> Result<(), Interrupted> {
         if t < self.t_end && self.seconds.is_some_and(|seconds| self.start.elapsed().as_secs_f64() >= seconds)
         {
@@ -62,7 +62,7 @@ impl TimeLimit {
         self.is_reached
     }
 
-    /// Says so in the result of a run that this limit stopped.
+    /// Sets status and message of a run that this limit stopped.
     pub fn judge(&self, simulation: &mut Simulation) {
         if self.is_reached && simulation.status.is_interrupted() {
             simulation.status = Status::TimeLimit;

@@ -27,14 +27,14 @@ impl Form {
         }
     }
 
-    /// The polynomial at each of these x, one after another: as many components from `first` on as `y` has room for.
+    /// The polynomial at each of these x, one after another: components from `first` on, as many as fit in `y`.
     fn evaluate(self, coefficients: &[f64], xs: &[f64], first: usize, y: &mut [f64]) {
         if y.is_empty() {
             return;
         }
         let nested = |k: usize, x: f64| if k.is_multiple_of(2) { 1.0 - x } else { x };
         match self {
-            // Those of the explicit pairs, whose sums are unrolled.
+            // The degrees of the explicit pairs, with unrolled sums.
             Self::Monomial { degree: 4 } => sums::<5>(|_, x| x, coefficients, xs, first, y),
             Self::Nested { terms: 7 } => sums::<8>(nested, coefficients, xs, first, y),
             Self::Monomial { degree } => sums_of(1 + degree, |_, x| x, coefficients, xs, first, y),
@@ -90,7 +90,7 @@ pub(crate) struct StepPolynomial<'a> {
     pub(super) t: f64,
 }
 
-/// Times at which a polynomial is evaluated together: what is known of a step is read once, and their x fit on the stack.
+/// Number of times at which a polynomial is evaluated together, so that its coefficients are read once; their x fit on the stack.
 const TOGETHER: usize = 64;
 
 impl StepPolynomial<'_> {
@@ -114,7 +114,7 @@ impl StepPolynomial<'_> {
         }
     }
 
-    /// Where in the step a time lies: from 0 to 1.
+    /// Position of a time in the step, from 0 to 1.
     fn x(&self, t: f64) -> f64 {
         if self.t == self.t_old { 0.0 } else { (t - self.t_old) / (self.t - self.t_old) }
     }

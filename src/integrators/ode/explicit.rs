@@ -20,7 +20,7 @@ use crate::numerics::tape::Tape;
 /// eq. II.10.17).
 const THIRD_ORDER_WEIGHT: f64 = 0.01;
 
-/// Step-size factor after a step that missed something or is invalid.
+/// Step-size factor after an invalid step.
 const MISSED: f64 = 0.5;
 
 /// An explicit pair with its working memory.

@@ -55,8 +55,8 @@ impl<M: Model> FirstOrder<M> {
         }
     }
 
-    /// Closes loops that a step has opened by its error, and fits velocities to them, with the right-hand side there. False
-    /// where that changes more than errors do: at a singular position there are several ways to go on.
+    /// Projects the state after a step onto closed loops, with the right-hand side there. False if that changes more than errors of a
+    /// step do: at a singular position the motion has several branches.
     pub(crate) fn hold(&mut self, t: f64, y: &mut [f64], dydt: &mut [f64]) -> Result<bool, Interrupted> {
         let Self { model, n, scratch, fastest, rank, .. } = self;
         if model.facts().constraints() == 0 {
@@ -84,7 +84,7 @@ impl<M: Model> FirstOrder<M> {
         }))
     }
 
-    /// Other constraints hold from now on.
+    /// Forgets the number of independent constraints after a change of the active set.
     pub(crate) fn forget_rank(&mut self) {
         self.rank = 0;
     }

@@ -101,7 +101,7 @@ impl State {
         self.counters.accepted += 1;
     }
 
-    /// Goes back to the state before the last step, with the right-hand side there.
+    /// Restores the state before the last step, with the right-hand side there.
     pub(super) fn take_back(&mut self, f_old: &[f64]) {
         self.t = self.t_old;
         self.y.copy_from_slice(&self.y_old);

@@ -205,7 +205,7 @@ impl Stepper {
         &mut self.state.f
     }
 
-    /// Takes back the last step of an explicit method.
+    /// Undoes the last step of an explicit method.
     pub(crate) fn take_back(&mut self) {
         let Scheme::Explicit(explicit) = &self.scheme else {
             unreachable!("implicit motions have a method of second order")
@@ -215,7 +215,7 @@ impl Stepper {
         self.has_interpolant = false;
     }
 
-    /// Goes on from this state, where the right-hand side jumps.
+    /// Continues from this state, at which the right-hand side jumps.
     pub(crate) fn restart(&mut self, parts: [&[f64]; 2]) {
         let (head, tail) = self.state.y.split_at_mut(parts[0].len());
         head.copy_from_slice(parts[0]);
@@ -224,7 +224,7 @@ impl Stepper {
         self.has_interpolant = false;
     }
 
-    /// The state between steps of an explicit method.
+    /// Serialises the state between steps of an explicit method.
     pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         self.state.serialise(tape);
         tape.flag(&mut self.started);

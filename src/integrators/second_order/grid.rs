@@ -16,7 +16,7 @@ pub(crate) fn number_of_steps(length: f64, dt: f64) -> usize {
 pub(crate) struct Grid {
     origin: f64,
     h: f64,
-    /// Steps that were made from there.
+    /// Number of steps made from the origin.
     done: usize,
 }
 
@@ -59,14 +59,13 @@ impl Grid {
             return (self.after(1), self.h);
         }
         let rest = t_end - self.after(0);
-        // A whole step but for rounding keeps its size, and with it the Jacobian.
+        // A step that is whole up to rounding keeps its size, and with it the Jacobian.
         let is_whole = (rest - self.h).abs() <= ROUNDING_OF_STEPS * (t_end - self.origin).max(self.h);
         (t_end, if is_whole { self.h } else { rest })
     }
 
-    /// End and size of the next step from `t`, which ends at a corner if that is in between, and whether it is the end
-    /// of a step of the grid. A corner at such an end, but for rounding, replaces it; the size is that of the grid, as where an interval
-    /// ends there.
+    /// End and size of the next step from `t`, which ends at a corner if there is one in between, and whether that is the end of a step
+    /// of the grid. A corner that equals such an end up to rounding replaces it; the size is that of the grid.
     pub(crate) fn step_to_corner(
         &self,
         last: usize,

@@ -2,7 +2,7 @@
 
 use crate::error::{Checker, InvalidInput, Number};
 
-/// Refuses intervals, initial states and step sizes that make no sense.
+/// Rejects invalid intervals, initial states and step sizes.
 pub(crate) fn check_start(
     n: usize,
     t_span: (f64, f64),

@@ -26,12 +26,12 @@ pub struct Solution {
     pub message: String,
 }
 
-/// How many states of `n` coordinates a result may have.
+/// Maximum number of states of `n` coordinates in a result.
 pub(crate) fn points_in_memory(n: usize) -> usize {
     memory::points_in_memory(n.saturating_mul(3).saturating_add(1))
 }
 
-/// Refuses results of more states than fit in memory.
+/// Rejects results with more states than fit in memory.
 pub(crate) fn check_points(points: usize, n: usize) -> Result<(), InvalidInput> {
     let most = points_in_memory(n);
     if points <= most {
@@ -54,7 +54,7 @@ pub(crate) trait Steps<S: ?Sized> {
     fn t(&self) -> f64;
     /// Current displacements, velocities and accelerations.
     fn state(&self) -> [&[f64]; 3];
-    /// Those at a time within the last step.
+    /// The same at a time within the last step.
     fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]);
     /// The cost so far.
     fn counters(&self) -> Counters;
@@ -62,7 +62,7 @@ pub(crate) trait Steps<S: ?Sized> {
     fn explain(&self, status: Status) -> String;
 }
 
-/// The same by a stepper's own methods of these names.
+/// Implements it by a stepper's own methods of these names.
 macro_rules! steps {
     ($stepper:ty) => {
         const _: () = {
@@ -97,7 +97,7 @@ macro_rules! steps {
 }
 pub(crate) use steps;
 
-/// Carries an integration of `n` coordinates to its end, with memory for `points` states.
+/// Runs an integration of `n` coordinates to its end, with memory for `points` states.
 pub(crate) fn collect<S: ?Sized, I: Steps<S>>(
     system: &mut S,
     stepper: &mut I,

@@ -1,4 +1,4 @@
-//! What is stored of many runs.
+//! Stored data of many runs.
 
 use super::spread::Spread;
 use crate::simulation::simulate::{Simulation, Slack, Statistics, Status};

@@ -226,7 +226,7 @@ pub fn check<M: Model + ?Sized>(model: &mut M, rule: Rule, t: &[f64]) -> Result<
         ));
     }
     if let Rule::Newmark(_) = rule {
-        // Between the ends of whole steps some end at corners of tables.
+        // Some steps end at corners of tables within the grid.
         model.set_steps(t.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max));
     }
     if let Some(&start) = t.first() {

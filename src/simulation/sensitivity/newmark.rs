@@ -133,7 +133,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
             system.begin(trajectory, step, false)?;
             before.copy_from(&a);
             system.accelerations([&q, &v], parameters, &mut a)?;
-            // Inputs jump, but the lead of the method's own accelerations over the true ones stays the same.
+            // Inputs jump, but the lead of the algorithmic accelerations over the true ones stays the same.
             s += &a - &before;
         }
         monitor()?;

@@ -86,7 +86,7 @@ pub struct Simulation {
     pub message: String,
     /// Reason why the motion may be inaccurate although the method succeeded; the message ends with it.
     pub doubt: Option<String>,
-    /// The overlap of a step's end that is deepest for its surfaces, and when that was; `None` if nothing touched.
+    /// The overlap with the largest share at the ends of steps, with its time; `None` if nothing touched.
     pub deepest: Option<(f64, Overlap)>,
 }
 
@@ -368,7 +368,7 @@ impl Simulation {
         let is_success = status.is_success();
         message += &run.advice_at_end(status, deepest.map(|(_, overlap)| overlap));
         let doubt = if is_success {
-            // Either may be the harmless one.
+            // Both checks may have found a problem.
             let of_vibrations = run.observe(|model, _| watch.doubt(model, q0));
             let doubts: Vec<_> = run.doubt().into_iter().chain(of_vibrations).collect();
             (!doubts.is_empty()).then(|| doubts.join(" "))

@@ -18,7 +18,7 @@ pub(super) struct Runner<'a, 'c, M> {
     pub(super) watch: Watch,
     /// Reason why a check stopped the run.
     pub(super) stop: Option<Stop>,
-    /// The overlap that was deepest for its surfaces, and when.
+    /// The overlap with the largest share so far, with its time.
     pub(super) deepest: Option<(f64, Overlap)>,
     t_span: (f64, f64),
     control: Option<Control<'c>>,
@@ -155,7 +155,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
         }
     }
 
-    /// Takes note of the deepest overlap.
+    /// Records the deepest overlap.
     fn look_at_contacts(&mut self) -> Result<(), Interrupted> {
         let Self { run, deepest, .. } = self;
         run.observe(|model, state| {

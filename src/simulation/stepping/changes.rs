@@ -4,7 +4,7 @@
 
 use crate::error::Interrupted;
 use crate::model::Static;
-use crate::model::constraint::one_sided::{BECOMES_TAUT, LEAVES, TAUT};
+use crate::model::constraint::one_sided::{LEAVES, TAKEN_UP, TAUT};
 use crate::model::constraint::saddle;
 use crate::numerics::roots::bracket::{Point, find_zero};
 use crate::numerics::tape::Tape;
@@ -153,7 +153,7 @@ impl Changes {
         let tendons = held.iter().zip(&passed).zip(tensions);
         let value = |((&is_held, [by, _]), tension): ((&bool, &[f64; 2]), &f64)| match is_held {
             true => -tension / largest - PUSHES,
-            false => by - BECOMES_TAUT,
+            false => by - TAKEN_UP,
         };
         let values = tendons.map(value).collect();
         Ok(Look::new(t, values, held, passed, &sizes[first..]))
@@ -322,7 +322,7 @@ mod tests {
     ) -> Verdict {
         let mut look = |t: f64| {
             let passed = vec![excess(t)];
-            Ok(Look::new(t, vec![passed[0][0] - BECOMES_TAUT], vec![false], passed, &[1.0]))
+            Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed, &[1.0]))
         };
         judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
     }

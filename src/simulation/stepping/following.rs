@@ -4,7 +4,7 @@
 //! changes what fits least, then by Murty's, which changes the first one that does not fit (Murty 1974, "Note on a Bard-type scheme for
 //! solving the complementarity problem").
 
-use crate::model::constraint::one_sided::{BECOMES_TAUT, TAUT, most_switches};
+use crate::model::constraint::one_sided::{TAKEN_UP, TAUT, most_switches};
 
 /// Tendons push if they do by more than this part of the largest tension in the step.
 const PUSHES: f64 = 1e-10;
@@ -45,7 +45,7 @@ impl Search {
     pub(super) fn fits(&mut self, end: Option<[&[f64]; 2]>) -> bool {
         let Some([pulls, excesses]) = end else { return false };
         // Newton's method leaves something of those that it closes.
-        let allowed = |is_held: bool| if is_held { TAUT } else { BECOMES_TAUT };
+        let allowed = |is_held: bool| if is_held { TAUT } else { TAKEN_UP };
         let excesses = excesses.iter().zip(self.held()).map(|(by, &is_held)| by - allowed(is_held));
         let misfit = Misfit { push: largest(pushes(pulls).into_iter()), excess: largest(excesses) };
         if self.best.as_ref().is_none_or(|(best, _)| misfit < *best) {
@@ -88,7 +88,7 @@ fn candidates(held: &[bool], end: Option<[&[f64]; 2]>) -> Vec<Vec<bool>> {
         return released.map(|i| with(&|j| i == j)).chain([none]).collect();
     };
     let pushes = pushes(pulls);
-    let is_passed = |i: usize| !held[i] && excesses[i] > BECOMES_TAUT;
+    let is_passed = |i: usize| !held[i] && excesses[i] > TAKEN_UP;
     let is_pushing = |i: usize| held[i] && pushes[i] > 0.0;
     let hardest = (0..held.len()).filter(|&i| is_pushing(i)).max_by(|&i, &j| pushes[i].total_cmp(&pushes[j]));
     let mut sets = Vec::new();

@@ -11,15 +11,15 @@ use crate::model::{SingularMass, Static, Switch};
 pub const TAUT: f64 = 1e-7;
 
 /// A slack tendon becomes taut once it is longer than commanded by this part: well above rounding.
-pub const BECOMES_TAUT: f64 = 1e-10;
+pub const TAKEN_UP: f64 = 1e-10;
 
 /// At a change of the active set, a tendon that shortens by more than this part per second is slack. Rounding of velocities that
 /// satisfy the constraints is smaller.
 pub const LEAVES: f64 = 1e-9;
 
 /// At a change of the active set, a tendon that is shorter by less than this part may be taut, and one that would be taut again
-/// before it becomes shorter than that stays taut. Well above [`BECOMES_TAUT`].
-const SHOWS: f64 = 10.0 * BECOMES_TAUT;
+/// before it becomes shorter than that stays taut. Well above [`TAKEN_UP`].
+const SHOWS: f64 = 10.0 * TAKEN_UP;
 
 /// Switches of the active set that are tried per constraint.
 const SWITCHES: usize = 4;

@@ -1,7 +1,7 @@
 //! Constraints of a robot.
 
 use super::{AnySweeps, LARGEST_GAP, RobotModel};
-use crate::model::constraint::one_sided::{BECOMES_TAUT, TAUT};
+use crate::model::constraint::one_sided::{TAKEN_UP, TAUT};
 use crate::model::{Flaw, OneSided, Switch, Tied};
 use crate::numerics::linalg::Matrix;
 
@@ -82,7 +82,7 @@ impl OneSided for RobotModel {
         let mut has_activated = false;
         let rest = vec![0.0; q.len()];
         for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
-            if *is_slack && by > BECOMES_TAUT {
+            if *is_slack && by > TAKEN_UP {
                 (*is_slack, has_activated) = (false, true);
             }
         }
