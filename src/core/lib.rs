@@ -1,6 +1,6 @@
-//! Robots and what they are made of: numerics, descriptions, equations of motion. A crate of its own, so that it is compiled beside
-//! solvers and bindings, and once when only these change. Use the crate `lissom`, which exports what is public;
-//! what is `#[doc(hidden)]` is public for that crate alone.
+//! Descriptions of robots, their equations of motion, and numerics. A crate of its own, which need not be compiled again when only
+//! solvers and bindings change. Use the crate `lissom`, which exports the public items; items with `#[doc(hidden)]` are public for
+//! that crate alone.
 
 pub mod description;
 pub mod error;

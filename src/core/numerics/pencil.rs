@@ -1,19 +1,18 @@
-//! Symmetric pencils `K x = l M x` whose eigenvalues come with a bound of their own error.
+//! Eigenvalues of symmetric pencils `K x = l M x`, each with a bound of its error, by Jacobi's method.
 //!
-//! An eigensolver is accurate to rounding of the largest eigenvalue. A slow motion of a stiff robot would drown in that:
+//! The usual eigensolvers have errors in proportion to the largest eigenvalue. In a stiff robot these would hide the slow motions:
 //! shear waves across a wire are millions of times faster than its vibrations. Here the mass matrix is factorised, because
-//! it stays well conditioned where the stiffness is nearly singular, and Jacobi's method then removes what is left of the
-//! coupling. It is accurate to rounding of each entry in graded matrices (Barlow and Demmel 1990, "Computing accurate
+//! it stays well conditioned where the stiffness is nearly singular, and Jacobi's method then removes the remaining
+//! coupling. In graded matrices it is accurate to rounding of each entry (Barlow and Demmel 1990, "Computing accurate
 //! eigensystems of scaled diagonally dominant matrices"; Demmel and Veselic 1992, "Jacobi's method is more accurate than QR").
 //!
-//! What the stiffness itself is uncertain by, E entry by entry, changes the eigenvalue of a shape x by at most `|x|^T E |x|
-//! / x^T M x` to first order: a backward error for this direction (Rigal and Gaches 1967), in which stiff directions elsewhere
-//! have no part.
+//! An uncertainty E of the entries of the stiffness changes the eigenvalue of a shape x by at most `|x|^T E |x| / x^T M x` to first
+//! order: a backward error for this direction (Rigal and Gaches 1967), independent of stiff directions elsewhere.
 
 use crate::numerics::linalg::{Matrix, symmetric_eigen, symmetric_part};
 
-/// Most sweeps of Jacobi's method. It begins near the solution and ends by itself: after two to five sweeps, after 14 where eigenvalues
-/// differ by factors of 1e26.
+/// Largest number of sweeps of Jacobi's method. It starts near the solution and usually converges in two to five sweeps, in 14 where
+/// eigenvalues differ by factors of 1e26.
 const SWEEPS: usize = 60;
 
 /// Eigenvalues and shapes of K x = lambda M x.
@@ -28,7 +27,7 @@ pub struct Eigenpairs {
 }
 
 impl Eigenpairs {
-    /// Of a symmetric pencil, with the largest error of every entry of the stiffness. `None` if the mass is not positive
+    /// Solves a symmetric pencil; `error` bounds the error of each entry of the stiffness. `None` if the mass is not positive
     /// definite or a number is not finite. Cost: about 30 n^3 flops.
     pub fn new(stiffness: &Matrix, mass: &Matrix, error: &Matrix) -> Option<Self> {
         let stiffness = symmetric_part(stiffness);
@@ -49,7 +48,7 @@ impl Eigenpairs {
             }
             order.push((value, bound, k));
         }
-        // Shapes are known to rounding, and what is left of the stiffest one in another shape adds the square of that.
+        // Shapes contain a part of the stiffest one of the size of rounding, which adds its square times the largest eigenvalue.
         let stiffest = order.iter().fold(0.0, |largest: f64, (value, ..)| largest.max(value.abs()));
         let mixed = stiffest * (stiffness.nrows() as f64 * f64::EPSILON).powi(2);
         order.iter_mut().for_each(|(_, bound, _)| *bound += mixed);
@@ -61,8 +60,8 @@ impl Eigenpairs {
         })
     }
 
-    /// With bounds that cover a change of the stiffness: a part that couples two shapes moves their eigenvalues by no more than itself,
-    /// and than its square over their distance (Mathias 1998, "Quadratic residual bounds for the Hermitian eigenvalue problem").
+    /// Extends the bounds to cover a change of the stiffness. An entry that couples two shapes moves their eigenvalues by at most its
+    /// size, and at most its square over their distance (Mathias 1998, "Quadratic residual bounds for the Hermitian eigenvalue problem").
     pub fn with_change(mut self, change: &Matrix) -> Self {
         if change.iter().all(|x| *x == 0.0) {
             return self;
@@ -98,7 +97,7 @@ fn by_mass(stiffness: &Matrix, mass: &Matrix) -> Option<Matrix> {
     for (mut row, scale) in shapes.row_iter_mut().zip(&scales) {
         row *= *scale;
     }
-    // Fast shapes, of which little mass moves, are less accurate than slow ones: remove their parts along slower shapes.
+    // Fast shapes, which move little mass, are less accurate than slow ones: make them orthogonal to the slower ones.
     let lower = symmetric_part(&shapes.tr_mul(&(mass * &shapes))).cholesky()?.l();
     let mut rows = shapes.transpose();
     lower.solve_lower_triangular_mut(&mut rows).then_some(rows.transpose())
@@ -112,7 +111,7 @@ fn reduced(a: &Matrix, lower: &Matrix) -> Option<Matrix> {
     lower.solve_lower_triangular_mut(&mut whole).then_some(whole.transpose())
 }
 
-/// Jacobi's method: turns pairs of shapes until nothing couples them (Golub and Van Loan 2013, section 8.5).
+/// Jacobi's method: rotates pairs of shapes until all are uncoupled (Golub and Van Loan 2013, section 8.5).
 fn diagonalise(a: &mut Matrix, shapes: &mut Matrix) {
     let n = a.nrows();
     for _ in 0..SWEEPS {
@@ -144,7 +143,7 @@ fn diagonalise(a: &mut Matrix, shapes: &mut Matrix) {
     }
 }
 
-/// Turns two columns, i < j.
+/// Rotates two columns, i < j.
 fn turn(a: &mut Matrix, [i, j]: [usize; 2], [cosine, sine]: [f64; 2]) {
     let rows = a.nrows();
     let (before, after) = a.as_mut_slice().split_at_mut(j * rows);
@@ -154,8 +153,8 @@ fn turn(a: &mut Matrix, [i, j]: [usize; 2], [cosine, sine]: [f64; 2]) {
     }
 }
 
-/// Whether a symmetric matrix is positive definite with any such errors of its entries: sufficient, not necessary. Cost: n^3 / 3
-/// flops.
+/// Whether a symmetric matrix is positive definite for all errors of its entries up to `error`: a sufficient condition. Cost:
+/// n^3 / 3 flops.
 pub fn is_positive(a: &Matrix, error: &Matrix) -> bool {
     let n = a.nrows();
     let scales: Vec<f64> = (0..n).map(|i| 1.0 / a[(i, i)].sqrt()).collect();
@@ -172,8 +171,8 @@ pub fn is_positive(a: &Matrix, error: &Matrix) -> bool {
     least.cholesky().is_some()
 }
 
-/// Whether the form of a symmetric matrix is negative in some direction with any such errors of its entries, as that of its lowest
-/// eigenvector shows: sufficient, not necessary. Cost: about 9 n^3 flops.
+/// Whether a symmetric matrix has a negative eigenvalue for all errors of its entries up to `error`, tested along the lowest
+/// eigenvector: a sufficient condition. Cost: about 9 n^3 flops.
 pub fn is_negative(a: &Matrix, error: &Matrix) -> bool {
     let n = a.nrows();
     let Some((values, shapes)) = symmetric_eigen(&symmetric_part(a)) else { return false };
@@ -187,7 +186,7 @@ pub fn is_negative(a: &Matrix, error: &Matrix) -> bool {
 mod tests {
     use super::*;
 
-    /// A chain of masses 1 with springs 1, seen in coordinates with factors from 1 to 1e-9 and turned into each other.
+    /// A chain of masses 1 with springs 1, in mixed coordinates scaled by factors from 1 to 1e-9.
     fn disguised(n: usize, sizes: impl Fn(usize) -> f64, stiffness: impl Fn(usize) -> f64) -> [Matrix; 3] {
         // X has columns of these sizes: K = X diag(k) X^T with exact eigenvalues needs M = X X^T.
         let mix = Matrix::from_fn(n, n, |i, j| {
@@ -217,7 +216,7 @@ mod tests {
         }
     }
 
-    /// Nothing couples both parts: one is stiff, the other is soft or slightly unstable.
+    /// Two uncoupled parts: one is stiff, the other is soft or slightly unstable.
     #[test]
     fn stiff_parts_do_not_blur_soft_ones() {
         for stiff in [1.0, 1e8, 1e16, 1e24] {

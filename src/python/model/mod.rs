@@ -387,7 +387,7 @@ impl PyModel {
         Ok((dq, dqd, dqdd))
     }
 
-    /// The same at rest, without what is exactly reached and holds nothing there.
+    /// The same at rest, without constraints that are exactly reached and carry no force there.
     #[pyo3(signature = (q, *, t=None, u=None))]
     #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
     fn _tangent_at_rest<'py>(

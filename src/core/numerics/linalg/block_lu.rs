@@ -1,8 +1,8 @@
 //! LU factorisation of matrices in which most pairs of blocks of unknowns are not coupled: a sparse block LU factorisation.
 //!
-//! Which blocks are coupled is seen from the matrix at hand. They are eliminated in an order that couples few others
-//! ([`Elimination`]); neighbours in this order that are coupled with the same others are eliminated together. With the block D of
-//! those that are eliminated, the rows R and columns C that couple them with what is left, and the rest S,
+//! The coupled blocks are found from the entries of each matrix. Blocks are eliminated in an order with little fill-in
+//! ([`Elimination`]); neighbours in this order with the same couplings form a front and are eliminated together. With the diagonal
+//! block D of a front, its rows R and columns C in the remaining unknowns, and the remaining matrix S,
 //!
 //! ```text
 //! W = D^-1 R,        S <- S - C W
@@ -25,15 +25,15 @@ use faer::{Accum, Conj, MatMut, MatRef, Par};
 use super::elimination::Elimination;
 use super::{Lu, Matrix, Singular, view, view_mut};
 
-/// Elimination is sparse where it takes at most that fraction of the products that all entries take: products of small blocks
-/// are slower.
+/// Sparse elimination is used if it takes at most this fraction of the multiplications of dense elimination: multiplications of
+/// small blocks are slower.
 const WORTHWHILE: f64 = 0.3;
 
-/// No entry of the factors of a scaled matrix is larger than that: rounding errors are at most that, squared, times those of
-/// pivots that are chosen among all rows.
+/// Largest accepted entry of the factors of a scaled matrix: rounding errors are at most its square times those with pivots from
+/// all rows.
 const LARGEST_FACTOR: f64 = 1e4;
 
-/// Unknowns that are eliminated together.
+/// Unknowns that are eliminated together, as one dense block.
 #[derive(Clone, Debug)]
 struct Front {
     /// Their places in the order of elimination.
@@ -47,18 +47,18 @@ pub struct BlockLu {
     /// The first unknown of each block, and the number of all.
     firsts: Vec<usize>,
     elimination: Elimination,
-    /// Of each unknown, its place in the order of elimination, and one over the root of its entry on the diagonal.
+    /// For each unknown, its place in the order of elimination, and its scale: one over the root of its diagonal entry.
     places: Vec<usize>,
     scales: Vec<f64>,
     fronts: Vec<Front>,
     coupled: Vec<Range<usize>>,
-    /// In the order of elimination: factors of D, C, and W in the place of R. Only those places are used that are coupled.
+    /// In the order of elimination: factors of D, C, and W in place of R. Only coupled entries are used.
     factors: Matrix,
     row_permutation: Vec<usize>,
     row_permutation_inverse: Vec<usize>,
     x: Vec<f64>,
     memory: MemBuffer,
-    /// That with all entries, once it was needed, and whether it is the one to solve with.
+    /// The dense factorisation, once it was needed, and whether solutions use it.
     dense: Option<Box<Lu>>,
     is_dense: bool,
 }
@@ -89,7 +89,7 @@ impl Clone for BlockLu {
     }
 }
 
-/// For fronts of any size and all columns at once.
+/// Work memory of faer for fronts of any size.
 fn memory(n: usize) -> MemBuffer {
     MemBuffer::new(StackReq::any_of(&[
         factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default()),
@@ -123,8 +123,8 @@ impl BlockLu {
         }
     }
 
-    /// Factorises `a` (n x n). Cost: n^2 comparisons, and for each block of m unknowns, when it is coupled with c that are
-    /// eliminated later, m^3/3 + m^2 c + m c^2 products.
+    /// Factorises `a` (n x n). Cost: n^2 comparisons, and m^3/3 + m^2 c + m c^2 multiplications for each block of m unknowns that is
+    /// coupled with c later ones.
     pub fn factorise(&mut self, a: &Matrix) -> Result<(), Singular> {
         let n = self.x.len();
         self.find_coupled(a);
@@ -155,7 +155,7 @@ impl BlockLu {
         self.firsts[i]..self.firsts[i + 1]
     }
 
-    /// Finds out which blocks are coupled: what is not finite couples, too.
+    /// Finds the coupled blocks. Entries that are not finite count as couplings.
     fn find_coupled(&mut self, a: &Matrix) {
         let blocks = self.firsts.len() - 1;
         self.elimination.clear();
@@ -164,7 +164,7 @@ impl BlockLu {
                 a.as_slice()[self.firsts[j] * a.nrows()..].chunks_exact(a.nrows()).take(self.block(j).len())
             {
                 for i in (0..blocks).filter(|&i| i != j) {
-                    // Without its sign, zero is no bit.
+                    // Shifting out the sign bit makes 0.0 and -0.0 equal to zero.
                     let bits = column[self.block(i)].iter().fold(0, |bits, x| bits | x.to_bits() << 1);
                     if bits != 0 {
                         self.elimination.couple(i, j);
@@ -187,7 +187,7 @@ impl BlockLu {
         (0..self.fronts.len()).all(|front| self.eliminate_front(front))
     }
 
-    /// Finds fronts, and the place of each unknown.
+    /// Finds the fronts, and the place of each unknown in the order of elimination.
     fn arrange(&mut self) {
         let Self { firsts, elimination, places, fronts, coupled, .. } = self;
         let order = elimination.order();
@@ -221,7 +221,7 @@ impl BlockLu {
         }
     }
 
-    /// Copies what is coupled, scaled.
+    /// Copies the coupled blocks of the scaled matrix.
     fn copy(&mut self, a: &Matrix) {
         for (k, &i) in self.elimination.order().iter().enumerate() {
             let rows = self.firsts[i]..self.firsts[i + 1];
@@ -364,8 +364,7 @@ mod tests {
 
     use super::*;
 
-    /// A matrix of coupled blocks with a positive definite symmetric part: a sum of terms of couplings, and numbers in units that
-    /// differ by row and column alike.
+    /// A matrix of coupled blocks with a positive definite symmetric part, with the same different units of rows and columns.
     fn coupled(sizes: &[usize], pairs: &[(usize, usize)], units: f64, seed: u64) -> Matrix {
         let n: usize = sizes.iter().sum();
         let first = |i: usize| sizes[..i].iter().sum::<usize>();
@@ -395,7 +394,7 @@ mod tests {
         Matrix::from_fn(n, n, |k, l| units[k] * a[(k, l)] * units[l])
     }
 
-    /// The largest error of a solution, relative to that of the dense one where that has one.
+    /// Compares a solution with that of the dense factorisation.
     fn compare(a: &Matrix, lu: &mut BlockLu) {
         let n = a.nrows();
         let mut dense = Lu::new(n);
@@ -434,7 +433,7 @@ mod tests {
         }
     }
 
-    /// What is coupled little is not factorised with all entries, and what is coupled much is.
+    /// Matrices with few couplings are factorised sparsely, others densely.
     #[test]
     fn is_sparse_where_that_pays() {
         let sizes = [5; 20];
@@ -450,7 +449,7 @@ mod tests {
         assert!(!lu.is_dense);
     }
 
-    /// The same numbers to the last bit, in memory that has seen others.
+    /// The same solution to the last bit, in memory used for another matrix before.
     #[test]
     fn the_same_matrix_has_the_same_solution() {
         let sizes = [5; 20];
@@ -468,8 +467,7 @@ mod tests {
         assert_eq!(solution(&mut lu.clone()), first);
     }
 
-    /// Blocks that are no pivots: a matrix that is regular with exchanges between blocks alone, and one with a block that is
-    /// nearly singular.
+    /// Matrices whose first diagonal block is zero, nearly zero or negative, and one with a singular block that nothing couples.
     #[test]
     fn pivots_between_blocks_are_found_by_the_dense_factorisation() {
         let sizes = [2; 12];

@@ -2,10 +2,10 @@
 
 use super::{Matrix, minimum_norm_solution, norm};
 
-/// A gradient below this part of what its column and the right-hand side could give is rounding.
+/// A gradient below this part of the product of the norms of its column and the right-hand side is rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// Where a variable is.
+/// State of a variable in the active-set method.
 #[derive(Clone, Copy, PartialEq)]
 enum Place {
     Free,
@@ -30,7 +30,7 @@ pub fn bounded_least_squares(a: &Matrix, b: &[f64], lower: &[f64], upper: &[f64]
         (0..m).map(|i| b[i] - (0..n).map(|j| a[(i, j)] * x[j]).sum::<f64>()).collect()
     };
     let lengths: Vec<f64> = a.column_iter().map(|column| column.norm()).collect();
-    // A variable that leaves its bound and returns at once only does so by rounding.
+    // A variable that leaves its bound and returns at once does so because of rounding.
     let mut returned = vec![false; n];
     for _ in 0..4 * n + 4 {
         // To the best point of the free variables, or to the first bound on the way.

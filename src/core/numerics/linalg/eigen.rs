@@ -65,7 +65,7 @@ pub fn eigen_both(a: &Matrix) -> Option<Vec<Eigentriple>> {
     let pairs = eigen(a)?;
     let n = pairs.len();
     let right = nalgebra::DMatrix::from_fn(n, n, |i, k| pairs[k].1[i]);
-    // Squares are finite still.
+    // The largest number whose square is finite.
     let huge = || nalgebra::DMatrix::from_element(n, n, Complex::from(f64::MAX.sqrt()));
     let left = right.try_inverse().unwrap_or_else(huge);
     let triples = pairs.into_iter().enumerate().map(|(k, (value, right))| {

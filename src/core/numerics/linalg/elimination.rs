@@ -1,5 +1,5 @@
-//! The order in which blocks of unknowns are eliminated from a sparse system: that of minimum degree (Tinney and Walker 1967),
-//! on the elimination graph itself (George and Liu 1989), which is small where unknowns come in blocks.
+//! The order in which blocks of unknowns are eliminated from a sparse system, by the minimum-degree rule (Tinney and Walker 1967)
+//! on the explicit elimination graph of the blocks (George and Liu 1989), which is small.
 
 /// The number of nodes in a word of a set.
 const WORD: usize = u64::BITS as usize;
@@ -10,11 +10,11 @@ pub(super) struct Elimination {
     sizes: Vec<usize>,
     /// Words of a set of blocks.
     words: usize,
-    /// Of each block, the set of those that it is coupled with; after [`Self::find_order`] of those that are eliminated later.
+    /// For each block, the set of blocks coupled with it; after [`Self::find_order`] only the later ones.
     neighbours: Vec<u64>,
-    /// Unknowns in that set.
+    /// For each block, the number of unknowns in that set.
     degrees: Vec<usize>,
-    /// The set of the block that is eliminated.
+    /// Copy of the set of the block that is being eliminated.
     pivot: Vec<u64>,
     left: Vec<usize>,
     order: Vec<usize>,
@@ -48,12 +48,12 @@ impl Elimination {
         }
     }
 
-    /// Whether two blocks are coupled; after [`Self::find_order`] whether `j` is eliminated after `i` and coupled with it then.
+    /// Whether two blocks are coupled; after [`Self::find_order`], whether `j` is eliminated later than `i` and coupled with it.
     pub(super) fn are_coupled(&self, i: usize, j: usize) -> bool {
         contains(&self.neighbours[i * self.words..][..self.words], j)
     }
 
-    /// Whether `next`, which is eliminated right after `i`, is coupled with all that `i` is coupled with, and with nothing else.
+    /// Whether `next`, the block eliminated right after `i`, has the same couplings as `i` (apart from each other).
     pub(super) fn is_continued_by(&self, i: usize, next: usize) -> bool {
         self.are_coupled(i, next) && self.degrees[i] == self.degrees[next] + self.sizes[next]
     }
@@ -63,8 +63,8 @@ impl Elimination {
         &self.order
     }
 
-    /// Finds the order: next is the block that is coupled with the fewest unknowns, of several the first one. Returns the number
-    /// of products of a factorisation in that order.
+    /// Finds the order: the next block is the one coupled with the fewest unknowns, the first of several. Returns the number
+    /// of multiplications of a factorisation in that order.
     pub(super) fn find_order(&mut self) -> f64 {
         let Self { sizes, words, neighbours, degrees, pivot, left, order } = self;
         let words = *words;
@@ -116,7 +116,7 @@ fn members(set: &[u64]) -> impl Iterator<Item = usize> {
 mod tests {
     use super::*;
 
-    /// A star is eliminated from its rays, a ring with two new couplings at most for each.
+    /// A star is eliminated from its leaves; in a ring each block has at most two later neighbours.
     #[test]
     fn few_couplings_are_added() {
         let mut star = Elimination::new(&[2; 100]);
@@ -136,7 +136,7 @@ mod tests {
         assert!(products <= 67.0 * (1.0 / 3.0 + 2.0 + 4.0), "{products}");
     }
 
-    /// Every block comes once, and what is coupled when one is eliminated is coupled afterwards.
+    /// Every block comes once, and the neighbours of an eliminated block are coupled with each other afterwards.
     #[test]
     fn the_graph_is_one_of_elimination() {
         let sizes: Vec<usize> = (0..40).map(|i| 1 + i % 4).collect();

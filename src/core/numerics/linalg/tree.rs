@@ -255,7 +255,7 @@ fn generator(generators: &Matrix, k: usize) -> &[f64] {
     &generators.as_slice()[k * generators.nrows()..][..generators.nrows()]
 }
 
-/// How numbers of some ranks lie in packs: packs of the upper and of the lower rank, and the lower rank itself.
+/// Layout of generators in SIMD packs: numbers of packs of the upper and of the lower rank, and the lower rank.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     upper: usize,
@@ -263,8 +263,8 @@ struct Layout {
     columns: usize,
 }
 
-/// Calls a method with a layout as constants, so that its loops are unrolled: tangents of robots in space and in a plane,
-/// with and without dead loads and responses, and mass matrices.
+/// Calls a method with the layout as constants, so that its loops are unrolled. The layouts are those of mass matrices and of
+/// tangents of robots in space and in a plane, with and without dead loads and responses.
 macro_rules! with_layout {
     ($layout:expr, $function:ident::<P>($($argument:expr),*)) => {
         match $layout {
@@ -282,7 +282,7 @@ macro_rules! with_layout {
 }
 
 impl Layout {
-    /// Of robots in space and in the plane; one that holds them of all others.
+    /// The layout of these ranks if robots in space or in the plane have them; otherwise one that is large enough.
     fn of([upper, lower]: [usize; 2]) -> Self {
         let columns = lower;
         let upper = match (upper, lower) {
@@ -322,7 +322,7 @@ pub struct TreeLu {
     instructions: Instructions,
     layout: Layout,
     ranks: [usize; 2],
-    /// Those that have coordinates.
+    /// Links with coordinates.
     links: Vec<Link>,
     blocks: usize,
     /// The first generator of each place.
@@ -346,7 +346,7 @@ impl TreeLu {
         let mut links: Vec<Link> = Vec::with_capacity(a.blocks.len());
         for (s, own) in coordinates.iter().enumerate().rev().filter(|(_, own)| !own.is_empty()) {
             let mut hangs_at = a.hangs_at[s];
-            // What has no coordinates hands all on.
+            // A link without coordinates passes all forces on to its carrier.
             while let Some(place) = hangs_at.filter(|&place| coordinates[a.places[place].block].is_empty()) {
                 hangs_at = a.hangs_at[a.places[place].block];
             }
@@ -448,7 +448,7 @@ fn factorise<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize
     a: &TreeMatrix,
 ) -> Result<(), Singular> {
     let [upper, lower] = [UPPER * LANES, LOWER * LANES];
-    // Those of robots are known here.
+    // In layouts of robots the compiler knows the ranks.
     let ranks = if RANK == UPPER * LANES { lu.ranks } else { [RANK, COLUMNS] };
     let TreeLu { links, firsts, rows, columns, behind, .. } = lu;
     copy_padded(ranks[0], a.carrying.rows.as_slice(), upper, rows);
@@ -513,7 +513,7 @@ fn factorise<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize
 /// The columns times these factors.
 #[inline(always)]
 fn combined<P: Lanes, const UPPER: usize>(columns: &[f64], factors: &[f64]) -> [P; UPPER] {
-    // Two sums, so that no product waits for all before it.
+    // Two independent sums, which the processor computes in parallel.
     let mut sums = [[P::splat(0.0); UPPER]; 2];
     for (i, &factor) in factors.iter().enumerate() {
         let column = packs::<P, UPPER>(&columns[i * UPPER * LANES..]);
@@ -557,7 +557,7 @@ fn solve<P: Lanes, const RANK: usize, const UPPER: usize, const LOWER: usize, co
 ) {
     let [upper, lower] = [UPPER * LANES, LOWER * LANES];
     let TreeLu { links, firsts, rows, columns, offset, before, .. } = lu;
-    // The place that was written last, and what is there: mostly that of the next link.
+    // The place written last and its values, which the next link mostly needs.
     let mut last = (usize::MAX, [P::splat(0.0); UPPER]);
     for link in links.iter().rev() {
         let x = &mut b[link.first..][..link.size];
@@ -621,7 +621,7 @@ fn copy_padded(rank: usize, from: &[f64], width: usize, to: &mut [f64]) {
         return to.fill(0.0);
     }
     for (to, from) in to.chunks_exact_mut(width).zip(from.chunks_exact(rank)) {
-        // Plain loops: short copies are calls otherwise.
+        // A plain loop: `copy_from_slice` would call memcpy for a few numbers.
         for (to, &from) in to.iter_mut().zip(from) {
             *to = from;
         }

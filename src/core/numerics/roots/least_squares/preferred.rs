@@ -36,16 +36,16 @@ const LONGER: f64 = 2.0;
 /// Steps of Newton's method back to a root.
 const MAX_RETURNS: usize = 30;
 
-/// Weight of equations beside the form in steps along roots: these leave the linearised equations by its square.
+/// Weight of the equations relative to the form in steps along roots: the steps violate the linearised equations by one over its square.
 const FIRST: f64 = 1e3;
 
 /// Equations whose relative singular values are smaller than this do not determine anything.
 const RANK: f64 = 1e-8;
 
-/// Steps below this length, for unknowns of order one, are none.
+/// Steps below this length, for unknowns of order one, count as converged.
 const STILL: f64 = 1e-7;
 
-/// Roots on the way are this part of the tolerance away from exact ones.
+/// Tolerance of roots between steps, relative to the requested one.
 const CLOSER: f64 = 0.1;
 
 /// The quadratic form `|D (x - w)|^2 / 2`.
@@ -149,7 +149,7 @@ impl Form {
     }
 }
 
-/// Roots within bounds, each found from a place beside it by the least motion in terms of the form.
+/// Roots within bounds, each found from a nearby point by the smallest step in the norm of the form.
 struct Roots<'a> {
     form: &'a Form,
     system: &'a mut dyn LeastSquares,
@@ -158,9 +158,9 @@ struct Roots<'a> {
     counters: &'a mut Counters,
 }
 
-/// A place with the equations linearised there, solved for orthonormal combinations of the unknowns, and the smallest singular value of
-/// those that determine anything: weights that let an equation count which hardly depends on the unknowns would drown the form in
-/// the rounding of the others.
+/// A point with the equations linearised there, in terms of orthonormal combinations of the unknowns, with the smallest significant
+/// singular value. A weight large enough for equations that hardly depend on the unknowns would make the rounding errors of the others
+/// larger than the form; orthonormal combinations avoid this.
 struct Place {
     x: Vec<f64>,
     rows: Matrix,
@@ -267,7 +267,7 @@ impl LeastSquares for Augmented<'_> {}
 mod tests {
     use super::*;
 
-    /// Of the sum of three unknowns, and a million times less of a curved surface.
+    /// The sum of three unknowns, and a curved surface with a weight of one millionth.
     struct Weak;
 
     const WEAK: f64 = 1e-6;
