@@ -215,7 +215,7 @@ pub(crate) fn number(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     Err(PyTypeError::new_err(format!("{name}: expected a real number, got {}", describe(value))))
 }
 
-/// A number, or `None` if the value is none, where something else may stand in its place.
+/// A number, or `None` if the value is something else that may be allowed in its place.
 pub(crate) fn number_if_one(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64>> {
     match number(value, name) {
         Ok(number) => Ok(Some(number)),
@@ -224,7 +224,7 @@ pub(crate) fn number_if_one(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Op
     }
 }
 
-/// A whole number of 64 bits. Booleans are none, although Python counts with them.
+/// A whole number of 64 bits. Booleans are rejected, although they are integers in Python.
 pub(crate) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<i64> {
     let py = value.py();
     let wrong = || PyTypeError::new_err(format!("{name}: expected a whole number, got {}", describe(value)));

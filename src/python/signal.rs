@@ -312,7 +312,7 @@ impl Held {
     }
 }
 
-/// What is done with the signal in a value, of any sort, or without one.
+/// Evaluates one expression with the signal in a value, of any type, and another one if there is none.
 macro_rules! on_signal {
     ($value:expr, $signal:ident => $with:expr, $without:expr) => {{
         let value: &Value = $value;

@@ -204,8 +204,8 @@ fn named(stability: Stability) -> String {
 ///     The overlap of surfaces that is deepest for their thickness; None if nothing touches.
 /// space_error : SpaceError or None
 ///     Estimated error due to the finite number of modes; None after a failure, with `space_error=False`, or without rods,
-///     and where it is not known: where forces change so much with the shape that neither their balance nor steps of a model with more modes tell it,
-///     as of slack cables without bending stiffness.
+///     and where it is not known: where forces change so much with the shape that neither their balance nor steps of a model with more modes
+///     determine it, as of slack cables without bending stiffness.
 /// nit, nfev, njev : int
 ///     Numbers of Newton iterations, force evaluations and tangent evaluations.
 #[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]

@@ -21,13 +21,13 @@ pub(super) fn document<T: Part>(shape: &mut Shape) -> Option<T> {
     found
 }
 
-/// What is written in a table of a part at this key, if it is right by itself.
+/// The value of a key in the table of a part, if it is valid by itself.
 pub(super) fn key_of<T: Part, D: Data>(table: &Value, key: &str) -> Option<D> {
     let field = T::SCHEMA.index(key).map(|i| &T::SCHEMA.fields[i]);
     right_in(table.get(key)?, field.map_or(&Limits::NONE, |field| &field.limits))
 }
 
-/// What is written, if it is right.
+/// The value, if it is valid.
 pub(super) fn right<D: Data>(value: &Value) -> Option<D> {
     right_in(value, &Limits::NONE)
 }
@@ -44,7 +44,7 @@ pub(super) fn read<T: Data>(written: &Written<T>, here: &str, shape: &mut Shape)
     read_with(written, here, shape, |place| place)
 }
 
-/// As [`read`], where places in the value have other places in the file.
+/// As [`read`], if places in the value differ from those in the file.
 pub(super) fn read_with<T: Data>(
     written: &Written<T>,
     here: &str,

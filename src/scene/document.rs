@@ -28,7 +28,7 @@ pub(super) struct Document {
     /// Version of the format: 1.
     // Checked on the raw table, before anything else is read.
     pub(super) version: usize,
-    /// What all bodies share.
+    /// Data shared by all bodies.
     #[part(default)]
     pub(super) scene: General,
     /// The rod. Written as an array of tables; one per scene for now.
@@ -68,7 +68,7 @@ pub(super) struct Document {
     pub(super) simulation: Simulation,
 }
 
-/// What all bodies share.
+/// Data shared by all bodies.
 #[derive(Clone, Debug, Default, PartialEq, Described)]
 pub(super) struct General {
     /// Name of the scene, shown in reports. Default: the name of the file.

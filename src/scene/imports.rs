@@ -15,7 +15,7 @@ pub struct Request {
     pub mend_inertia: bool,
 }
 
-/// What a file has of a robot.
+/// The parts of a robot read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imported {
     /// Links, parents before their children.

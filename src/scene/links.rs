@@ -140,7 +140,7 @@ fn link(written: &Written<Link>, here: &str, shape: &mut Shape) -> Link {
     }
 }
 
-/// What a place in a link belongs to: a segment, or what is at a key.
+/// The part of a link to which a place belongs: a segment, or the value of a key.
 fn owner(place: &str) -> &str {
     let end = match place.starts_with("rod.segment[") {
         true => place.find(']').map(|end| end + 1),

@@ -29,7 +29,7 @@ struct Key {
 }
 
 impl Keys {
-    /// What the tables of an array describe, as further items of a list. Omits those with problems.
+    /// Reads the tables of an array as further items of a list. Omits those with problems.
     pub(super) fn read<T: Data>(
         &mut self,
         list: &'static str,
@@ -169,7 +169,7 @@ fn refuse_empty_names<T>(written: &[Written<T>], here: &str, shape: &mut Shape) 
     }
 }
 
-/// What is made of a description whose places have these keys, after reporting problems.
+/// Resolves a description whose places have these keys, and reports its problems.
 pub(super) fn resolved<T>(
     shape: &mut Shape,
     key: impl Fn(&str) -> String,

@@ -85,7 +85,7 @@ pub struct Scene {
     pub open_modes: Vec<usize>,
     /// Deprecated keys in the order of the file, with their replacements.
     pub deprecations: Vec<SceneProblem>,
-    /// What an imported file has that the robot has not, if any.
+    /// Contents of an imported file that the robot lacks, if any.
     pub not_taken: Option<String>,
     /// Contents of the files that the text names, by their names.
     pub files: BTreeMap<String, Vec<u8>>,

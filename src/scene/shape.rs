@@ -13,7 +13,7 @@ use super::{arrays, words};
 use crate::description::schema::{Kind, Value};
 use crate::error::InvalidInput;
 
-/// What is known of a document while it is read.
+/// State of a document while it is read.
 #[derive(Debug, Default)]
 pub(super) struct Shape {
     /// The values, without those that are reported and omitted.
@@ -55,7 +55,7 @@ impl Shape {
         Some(content)
     }
 
-    /// What a file has; `None` after reporting its problems at `place`.
+    /// The contents of a file; `None` after reporting its problems at `place`.
     pub(super) fn taken<T>(&mut self, found: Result<T, Refusal>, place: &str, right: &str) -> Option<T> {
         match found {
             Ok(found) => return Some(found),
@@ -226,7 +226,7 @@ impl Shape {
         Some(value)
     }
 
-    /// What brackets the value at `place` needs that is expected to be of this kind; the most common mistake in TOML.
+    /// Advice about the brackets of a table header at `place`, which should be of this kind: the most common mistake in TOML.
     pub(super) fn brackets(&self, place: &str, expected: &str) -> Option<String> {
         let header = without_indices(place);
         match self.at(place)? {

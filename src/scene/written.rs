@@ -4,7 +4,7 @@ use std::marker::PhantomData;
 
 use crate::description::schema::{Data, Item, Kind, Limits, Reader, Value};
 
-/// A value that is read by itself, whatever is wrong around it: as it stands in the file.
+/// A value as it stands in the file, read independently of problems around it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Written<T> {
     value: Value,

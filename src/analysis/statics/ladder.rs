@@ -39,7 +39,7 @@ pub(super) fn inside(model: &mut dyn Static, ends: [&[f64]; 2]) -> f64 {
 pub(super) enum Rung {
     /// The start of the next search.
     Start,
-    /// An equilibrium in which nothing touches, whatever the stiffness is.
+    /// An equilibrium without contact, which is valid for any stiffness.
     Free,
     /// No start: the next search begins from the initial shape.
     Dropped,

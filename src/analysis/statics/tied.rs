@@ -21,7 +21,7 @@ pub(super) fn is_closed_at_rest(model: &mut dyn Static) -> bool {
     widest(model, &rest) <= CLOSED_AT_REST
 }
 
-/// A shape near `q0` with closed loops. Rejects a shape from which there is none.
+/// A shape near `q0` with closed loops. Rejects a shape from which loops cannot be closed.
 pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, InvalidInput> {
     let mut q = q0.to_vec();
     if model.facts().constraints() == 0 {

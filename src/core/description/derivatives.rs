@@ -309,7 +309,7 @@ mod tests {
             let both = of(at, sine).0;
             assert_eq!(at_start(at, &sine), [both.first.value[0], both.second.value[0]]);
         }
-        // What starts at once has none.
+        // A motion that starts with a velocity has no acceleration.
         let kink = |t: f64| [t.max(0.0)];
         assert!(!derivatives_at_start(0.0, kink(0.0), |t| Ok(kink(t))).unwrap().are_known);
     }
@@ -367,7 +367,7 @@ mod tests {
                 }
             }
         }
-        // What never moves.
+        // Motions at rest.
         assert!(of(0.0, |_| 3.0).0.are_known && of(0.0, |_| 0.0).0.are_known);
     }
 

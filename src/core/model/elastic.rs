@@ -13,7 +13,7 @@ pub trait Elastic: Dynamics {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
 
     /// Generalised forces, n x 3, of the weight and the loads if all of them acted along the first, second or third axis of the
-    /// base: their magnitudes in a shape, whatever their directions are. `borne` gets the magnitudes of the constraint wrenches of
+    /// base: their magnitudes in a shape for any directions. `borne` gets the magnitudes of the constraint wrenches of
     /// joints about the origin of the base, projected on their coordinates: a joint's own force is a small difference of such products.
     fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]);
 

@@ -47,7 +47,7 @@ struct PyField {
 #[pyclass(frozen)]
 struct PySchema(&'static Schema);
 
-/// What `dataclasses` reads: of a class all fields, of a part those that are given or do not follow from others.
+/// The fields as `dataclasses` reads them: all fields of a class; of a part those that are given or not derived from others.
 #[pyclass(name = "Fields", module = "lissom", frozen)]
 #[derive(Debug)]
 struct PyFields(Py<PyDict>);
@@ -77,7 +77,7 @@ pub(super) fn model_of<T: Part>(
     Ok(found.expect("what the arguments hold has been read before"))
 }
 
-/// What is made of a description; raises all problems. The first exception of a user's function is raised as it is, with a note
+/// Resolves a description; raises all problems. The first exception of a user's function is raised as it is, with a note
 /// of its place.
 pub(super) fn resolved<R>(py: Python<'_>, resolve: impl FnOnce(&mut Reader) -> R) -> PyResult<R> {
     let mut reader = Reader::default();
@@ -332,7 +332,7 @@ fn class<'py>(
     Ok(made.cast_into()?)
 }
 
-/// What `dataclasses.fields` and `dataclasses.replace` read.
+/// The fields as `dataclasses.fields` and `dataclasses.replace` read them.
 fn dataclass_fields<'py>(py: Python<'py>, schema: &'static Schema) -> PyResult<Bound<'py, PyAny>> {
     let dataclasses = py.import("dataclasses")?;
     let mut specification = Vec::with_capacity(schema.fields.len());

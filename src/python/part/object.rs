@@ -39,7 +39,7 @@ pub(super) fn wrapped(py: Python<'_>, part: Arc<dyn AnyPart>) -> PyResult<Bound<
 }
 
 impl PyPart {
-    /// What it is a part of, if it is one of these.
+    /// The part as this type, if it is one.
     pub(in crate::python) fn read<T: Data>(&self) -> Option<T> {
         T::read(&Value::Part(self.part.clone()), &mut Reader::default())
     }

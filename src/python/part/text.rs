@@ -209,7 +209,7 @@ pub(super) fn docstring(schema: &Schema) -> String {
     text
 }
 
-/// What follows from parts, in the stub of the base of nested classes.
+/// Derived attributes in the stub of the base of nested classes.
 const VIEWS: [(&str, &str); 2] =
     [("Section", include_str!("../section_views.txt")), ("_Segment", include_str!("../segment_views.txt"))];
 

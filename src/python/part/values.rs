@@ -67,7 +67,7 @@ pub(super) fn arguments(
             _ => value_of(object, field.name, &field.kind, functions)?,
         });
     }
-    // That of a table or a profile is the length of the part.
+    // A table or a profile determines the length of the part.
     if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
         values[i] = length()?.map(Value::Number);
     }

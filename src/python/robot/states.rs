@@ -59,7 +59,7 @@ fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> Py
 /// needed.
 pub(super) type States<'a, 'py> = [Option<(&'a Bound<'py, PyAny>, &'a str)>; 3];
 
-/// What is computed of a state. No copy of the loop over states for each of these.
+/// Computes numbers of a state. A dynamic call, so that the loop over states is compiled once.
 pub(super) type OfState<'a> = &'a mut dyn FnMut(&mut RobotModel, [&[f64]; 3]) -> Vec<f64>;
 
 impl PyRobot {

@@ -70,9 +70,9 @@ pub struct Newmark {
     /// Whether factorised Jacobians are used again while they converge; otherwise every Newton iteration evaluates one.
     #[part(default = true)]
     pub reuse_jacobian: bool,
-    /// What becomes of impacts that take less than ten steps of fixed size. Resolved, those that matter are followed: these steps are made once
-    /// more by Radau's method, within a bounded work (see ``docs/contact.md``). Stopped, what meets within a step does not rebound, with a warning
-    /// where that takes much energy. ``"auto"`` resolves them in robots of rigid parts, and stops them in those with rods.
+    /// Treatment of impacts that take less than ten steps of fixed size. Resolved: steps with impacts that matter are repeated by Radau's
+    /// method, with a bound of the work (see ``docs/contact.md``). Stopped: bodies that collide within a step do not rebound, with a warning
+    /// if that takes much energy. ``"auto"`` resolves them in robots of rigid parts, and stops them in those with rods.
     /// In robots with tendons that do not stretch they are stopped.
     #[part(default)]
     pub impacts: Impacts,
@@ -144,9 +144,10 @@ adaptive! {
 /// method.
 ///
 /// The velocity of a step is the change of the shape over it, so that friction sticks and slides, dampers and viscous materials follow, and
-/// results depend on the direction and the history of what is done: insertion of catheters, ropes that are dragged. Nothing vibrates, so that
-/// steps may be as long as what acts allows; the error is proportional to them. The first step leads from `q0` to the equilibrium.
-/// Where what sticks lets go, a shape snaps through, or nothing holds a part, steps are made with inertia and lose its energy, with a warning.
+/// results depend on the direction and the history of the motion: insertion of catheters, ropes that are dragged. Nothing vibrates, so that
+/// steps may be as long as the changes of loads allow; the error is proportional to them. The first step leads from `q0` to the equilibrium.
+/// Steps in which a sticking contact slips, a shape snaps through, or nothing holds a part are made with inertia and lose its energy, with
+/// a warning.
 #[derive(Clone, Debug, PartialEq, Described)]
 #[part(concise)]
 pub struct QuasiStatic {
@@ -272,7 +273,7 @@ impl Newmark {
     /// Options of steps of this size.
     ///
     /// # Errors
-    /// Those of its parameters.
+    /// Invalid parameters.
     fn options(&self, dt: f64, needs_damping: bool) -> Result<newmark::Options, InvalidInput> {
         Ok(newmark::Options {
             scheme: self.scheme(needs_damping)?,

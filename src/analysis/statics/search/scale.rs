@@ -4,7 +4,7 @@ use super::problem::{Problem, scaled};
 use crate::model::chart;
 use crate::numerics::linalg::Matrix;
 
-/// Stiffness below this part of the largest one is none.
+/// Stiffness below this part of the largest one counts as zero.
 const SOFTEST: f64 = 1e-14;
 
 /// Magnitudes of generalised forces below this fraction of the largest one of the same part, or of the constraint wrench of their joint,

@@ -23,8 +23,7 @@ pub struct Body {
     /// Link of a `Robot` to which the body is fixed, unless the body belongs to a `Link` itself.
     #[part(by_place)]
     pub link: Option<LinkName>,
-    /// Displaced volume: what the fluid of the rod or robot bears, and what has an added mass. By default the fluid does not
-    /// bear the body.
+    /// Displaced volume, for buoyancy and added mass in the fluid of the rod or robot. By default zero: the fluid exerts neither.
     #[part(unit = "m^3", non_negative, default = Hull::none().volume)]
     pub volume: f64,
     /// Centre of the volume, where the fluid acts, in the axes of `centre`; by default `centre`.

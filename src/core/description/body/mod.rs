@@ -33,7 +33,7 @@ pub struct Body {
     pub centre: [f64; 3],
     /// Inertia tensor about the centre of mass, in the section's axes, in kg m^2: rows of a symmetric matrix.
     pub inertia: [[f64; 3]; 3],
-    /// What the fluid around the robot acts on; `None` if it does not act on the body.
+    /// The outside on which the fluid around the robot acts; `None` if it does not act on the body.
     pub hull: Option<Hull>,
 }
 

@@ -227,7 +227,7 @@ impl Joint {
     }
 }
 
-/// Reports axes of a universal joint that are none, or parallel.
+/// Reports axes of a universal joint that have no direction, or are parallel.
 fn check_axes(check: &mut Checker, first: &[f64; 3], second: &[f64; 3]) {
     let first_is_fine = check_axis(check, first, "axis1");
     let second_is_fine = check_axis(check, second, "axis2");

@@ -2,15 +2,15 @@
 
 use crate::error::Checker;
 
-/// Whether `x` is an arc length of a rod of this length, which is a sum over segments: ten of 0.15 m are 1.4999999999999998 m
-/// long, and yet 1.5 m is their tip. A model puts what is beyond it by rounding at the tip.
+/// Whether `x` is an arc length of a rod of this length. The length is a sum over segments: ten of 0.15 m are 1.4999999999999998 m
+/// long, and yet 1.5 m is their tip. A model moves places that are beyond the tip by rounding to the tip.
 pub fn is_on_rod(x: f64, length: f64) -> bool {
     /// Rounding of a sum of n lengths is below `n eps` times the sum (Higham 2002, section 4.2): this suffices for thousands.
     const ROUNDING: f64 = 1e-12;
     x >= 0.0 && x <= length * (1.0 + ROUNDING)
 }
 
-/// Reports an arc length beyond the end of a rod; one that is none at all is reported with its part.
+/// Reports an arc length beyond the end of a rod; other invalid numbers are reported with their part.
 pub(crate) fn check_end(check: &mut Checker, x: f64, place: &str, length: f64) {
     if x.is_finite() && x >= 0.0 {
         check_place(check, x, place, length);

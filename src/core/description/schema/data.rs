@@ -33,7 +33,7 @@ pub enum Value {
     Table(Vec<(Cow<'static, str>, Self)>),
     /// A part that has been read before.
     Part(Arc<dyn AnyPart>),
-    /// What no description holds, in words for messages.
+    /// A value that no description can contain, described for messages.
     Other(String),
 }
 
@@ -71,7 +71,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// The type of a field: enough to read it, and for the JSON Schema, docstrings and stubs.
+/// The type of a field, for reading it and for the JSON Schema, docstrings and stubs.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind {
     /// A number.
@@ -82,7 +82,7 @@ pub enum Kind {
     Flag,
     /// A text.
     Text,
-    /// One of some words, and what they are together.
+    /// One of some words, with a common name of them.
     Word(&'static str, &'static [&'static str]),
     /// The name of an item of this list of a robot.
     Reference(&'static str),
@@ -96,12 +96,12 @@ pub enum Kind {
     OneOrMany,
     /// A value, or none.
     Optional(&'static Self),
-    /// One of several kinds, and what they are together; of parts among them, tables choose by `kind`.
+    /// One of several kinds, with a common name of them; tables choose among parts by `kind`.
     OneOf(&'static str, &'static [Self]),
     /// A part.
     Part(&'static Schema),
-    /// A value of this kind, or a function of time, which in scenes is a table with these fields; and what they are together;
-    /// a motion, which scenes have as a table only, has no such name.
+    /// A value of this kind, or a function of time, which in scenes is a table with these fields; with a common name of both, which is
+    /// empty for a motion, always a table in scenes.
     Signal(&'static str, &'static Self, &'static Schema),
     /// A number along a rod: one, two for its ends, or a function of the arc length, which in scenes is a table with these
     /// fields.
@@ -199,9 +199,9 @@ pub struct Schema {
     pub tag_key: &'static str,
     /// Name of the class of Python from which it and others derive; empty for none.
     pub base: &'static str,
-    /// What messages call it, such as `a box`.
+    /// Its name in messages, such as `a box`.
     pub called: &'static str,
-    /// What messages call all with a `kind` of their own, such as `an obstacle`.
+    /// Common name in messages of all with a `kind` of their own, such as `an obstacle`.
     pub family: &'static str,
     /// Documentation of the struct.
     pub doc: &'static str,
@@ -413,7 +413,7 @@ impl Field {
 /// Unit and range of the numbers of a field, and when the field is given.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// What a number is.
+    /// The name of a number, such as `a finite number`.
     pub noun: &'static str,
     /// The unit in words; empty for numbers without a unit.
     pub unit: &'static str,
@@ -429,7 +429,7 @@ pub struct Limits {
     pub is_explicit: bool,
     /// Whether all valid parts have it, although it may be left out.
     pub is_always: bool,
-    /// What readers that go on after problems put in place of a required field.
+    /// The value with which lenient readers replace a required field after problems.
     pub stand_in: Option<fn() -> Value>,
 }
 
@@ -542,7 +542,7 @@ impl Limits {
     }
 }
 
-/// What is wrong with a value.
+/// A fault of a value.
 #[derive(Clone, Debug)]
 pub enum Fault {
     /// A value of the right type that is out of range or does not fit.
@@ -575,7 +575,7 @@ pub enum Fault {
         /// What would be right, in words of Python.
         expected: &'static str,
     },
-    /// The place is a key that no field has.
+    /// The place is an unknown key.
     Unknown {
         /// The keys that could be meant.
         known: Vec<&'static str>,
@@ -596,9 +596,9 @@ pub enum Fault {
         /// The possible words for `kind`.
         tags: Vec<&'static str>,
     },
-    /// None of these fields is given, of which one has to be.
+    /// None of these fields is given, but one of them is required.
     NoneOf(&'static [&'static str]),
-    /// Both of these fields are given, which exclude each other; the place is the second one.
+    /// Both of these fields are given, although they exclude each other; the place is the second one.
     Both([&'static str; 2]),
     /// The field at this place is given, but not the one that it needs.
     Without {
@@ -609,14 +609,14 @@ pub enum Fault {
         /// The meaning of that one.
         meaning: &'static str,
     },
-    /// A field that the other ones make useless.
+    /// A field that has no effect beside the other ones.
     Unused {
         /// Its value.
         found: String,
-        /// To what it belongs, in a sentence.
+        /// The part to which it belongs, in a sentence.
         belongs: &'static str,
     },
-    /// A name that nothing has to which it could refer.
+    /// A name that refers to nothing.
     Name {
         /// The name, and what would be right, in words of Python.
         python: [String; 2],
@@ -733,7 +733,7 @@ pub trait AnyPart: Any + Send + Sync + Debug {
     /// The value of a field by its place in the table.
     fn field(&self, index: usize) -> Value;
 
-    /// What follows from the other fields for one that is not given.
+    /// The value of a field that is not given, derived from the others.
     fn derived(&self, _index: usize) -> Value {
         Value::None
     }

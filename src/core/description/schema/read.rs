@@ -62,7 +62,7 @@ impl Reader {
         Self { replaced: Some(Vec::new()), ..Self::default() }
     }
 
-    /// All problems of a lenient reader, and the places where something else stands.
+    /// All problems of a lenient reader, and the places of replaced fields.
     pub fn finish_leniently(self) -> (Vec<Problem>, Vec<String>) {
         (self.problems, self.replaced.unwrap_or_default())
     }
@@ -111,7 +111,7 @@ impl Reader {
         ok
     }
 
-    /// Adds the problems that a checker found at this place, where there are none yet.
+    /// Adds the problems that a checker found at this place, except at places that already have one.
     pub fn nested(&mut self, checker: Checker) {
         let before = self.problems.len();
         for problem in checker.finish().err().into_iter().flat_map(|error| error.problems) {
@@ -201,22 +201,21 @@ impl Reader {
         }
     }
 
-    /// Reports a field that is given, although the other ones make it useless.
+    /// Reports a field that is given, although it has no effect beside the other ones.
     pub fn check_unused(&mut self, key: &str, value: Option<impl fmt::Display>, belongs: &'static str) {
         if let Some(value) = value {
             self.refuse(key, Fault::Unused { found: value.to_string(), belongs });
         }
     }
 
-    /// Reports two arc lengths that do not increase; the key is that of the second one, and those that are none are reported
-    /// by themselves.
+    /// Reports two arc lengths that do not increase, at the key of the second one; invalid arc lengths are reported elsewhere.
     pub fn check_interval(&mut self, key: &str, [from, to]: [f64; 2]) {
         if [from, to].iter().all(|x| x.is_finite() && *x >= 0.0) {
             self.require(from < to, key, to, &format!("an arc length > along[0] = {from} (metres)"));
         }
     }
 
-    /// Reports an `orientation` that is no unit quaternion; entries that are no numbers are reported by themselves.
+    /// Reports an `orientation` that is no unit quaternion; entries that are not finite are reported elsewhere.
     pub fn check_orientation(&mut self, orientation: &[f64; 4]) {
         let norm = orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
         if norm.is_finite() {
@@ -284,7 +283,7 @@ impl Reader {
         Some(found)
     }
 
-    /// Which of several kinds a value has: tables by `kind`.
+    /// Index of the kind of a value among several; tables are chosen by `kind`.
     pub fn choose(&mut self, kind: &'static Kind, value: &Value) -> Option<usize> {
         let Kind::OneOf(_, kinds) = kind else { return None };
         let with = |fits: &dyn Fn(&'static Schema) -> bool| {
@@ -300,7 +299,7 @@ impl Reader {
                 self.alternatives = kinds;
                 match pairs.iter().find(|(name, _)| name == key) {
                     None => {
-                        // Of those without `kind` the one whose first required key is there, or that requires none.
+                        // Without `kind`: the one whose first required key is given, or the one that requires none.
                         let is_given = |field: &Field| pairs.iter().any(|(key, _)| key == field.name);
                         let decisive = |schema: &Schema| schema.keys().find(|field| field.default.is_none());
                         let found =

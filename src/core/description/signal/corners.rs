@@ -14,11 +14,11 @@ const NEGLIGIBLE: f64 = 1e-4;
 /// The range of a sine over the mean of its magnitude, about.
 const RANGE_OF_MEAN: f64 = 3.0;
 
-/// The same for an error below this part of the mean magnitude over the step: a larger one is a low pulse that the ends hardly show. A
-/// smooth table that leaves zero has such errors for a few steps.
+/// The same for an error below this part of the mean magnitude over the step: larger errors belong to low pulses, which are hardly visible
+/// at the ends. A smooth table that leaves zero has such errors for a few steps.
 const MISSED: f64 = 1e-2;
 
-/// Of a pulse that is that much lower than the others of its table nothing is resolved.
+/// Pulses lower than this part of the others of their table are ignored.
 const FAINT: f64 = 1e-7;
 
 /// Relative change of the slope that is rounding.

@@ -206,7 +206,7 @@ table! {
     interpolation: Interpolation = |word| word, |word| word;
 }
 
-/// What holds a signal.
+/// A type that contains a signal.
 trait Holder<const N: usize> {
     fn holding(signal: Signal<N>) -> Self;
     fn signal(&self) -> &Signal<N>;
@@ -232,8 +232,8 @@ impl<const N: usize> Holder<N> for Drive<N> {
     }
 }
 
-/// What holds a signal of N numbers, by its table in scenes. The name is that of a constant or a table together; without a name
-/// there are only tables.
+/// Implements [`Data`] for a type that contains a signal of N numbers, with its table in scenes. The name is the common one of a
+/// constant or a table; if it is empty, only tables are allowed.
 macro_rules! described {
     ($This:ty, $Table:ident, $name:literal, $Numbers:ty, $wrap:expr, $unwrap:expr) => {
         impl Data for $This {

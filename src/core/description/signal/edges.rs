@@ -3,19 +3,19 @@
 use super::table::Table;
 use super::times::rounding_of_times;
 
-/// Evaluation of tables by a model that moves in steps.
+/// How a model that moves in steps evaluates functions of time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sight {
     /// Size of the steps in seconds if it is fixed, otherwise zero; NaN without steps, for exact tables.
     pub(crate) dt: f64,
-    /// Time of the jump that was passed last; NaN before.
+    /// Time of the last jump that was passed; NaN before the first one.
     pub(crate) passed: f64,
-    /// Seconds up to a time over which rates of prescribed motions are means, without accelerations; zero for those at that time.
+    /// Seconds before a time over which rates of prescribed motions are averaged, without accelerations; zero for the rates at the time.
     pub(crate) mean_over: f64,
 }
 
 impl Sight {
-    /// Tables as they are.
+    /// Exact tables, without steps.
     pub(crate) const EXACT: Self = Self { dt: f64::NAN, passed: f64::NAN, mean_over: 0.0 };
 }
 
@@ -34,12 +34,12 @@ impl<const N: usize> Table<N> {
         !dt.is_nan() && self.narrowest <= 2.0 * margin(largest, dt)
     }
 
-    /// Start of the edge at `t`, but for rounding.
+    /// Start of the edge that is at `t` up to rounding.
     pub(super) fn edge_near(&self, t: f64, dt: f64) -> Option<f64> {
         self.edge(t, dt).map(|[before, _]| self.times[before])
     }
 
-    /// Indices of the first and the last of several times that are `t`, but for the rounding of the times of steps.
+    /// Indices of the first and the last of several times that equal `t` up to the rounding of the times of steps.
     fn edge(&self, t: f64, dt: f64) -> Option<[usize; 2]> {
         if dt.is_nan() {
             return None;

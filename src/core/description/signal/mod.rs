@@ -57,11 +57,11 @@ pub struct Input<const N: usize> {
     pub value: [f64; N],
 }
 
-/// Seconds between the values of differences. Rounding and truncation errors are both below 1e-3 of signals that vary within seconds.
+/// Distance in seconds of finite differences. Rounding and truncation errors are both below 1e-3 for signals that vary within seconds.
 const APART: f64 = 1e-4;
 
-/// A function jumps if it changes by this many times its changes in the neighbouring intervals. Where it starts as t^5, the second
-/// interval has 31 times the change of the first.
+/// A function jumps if its change in an interval exceeds this many times those in the neighbouring intervals. A function that starts as
+/// t^5 changes 31 times more in the second interval than in the first.
 const JUMP: f64 = 40.0;
 
 /// Differences of a function on one side of a time.
@@ -109,9 +109,9 @@ impl<const N: usize> Signal<N> {
         }
     }
 
-    /// First two derivatives with respect to time, at a corner those after it; functions are differenced forward. In steps of fixed size,
-    /// which pass over jumps, backward differences are used directly before a jump; other methods end steps there. Only a function can
-    /// fail.
+    /// First two derivatives with respect to time, after a corner if there is one at `t`; for functions by forward differences. In steps of
+    /// fixed size, which pass over jumps, backward differences are used directly before a jump; other methods end steps there. Only a
+    /// function can fail.
     pub(crate) fn rates(&self, t: f64, sight: Sight) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
             Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),

@@ -64,7 +64,7 @@ impl<const N: usize> Pieces<N> {
     }
 }
 
-/// What jumps at some times in a prescribed motion.
+/// The quantities that jump at some times in a prescribed motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Jumps {
     /// Nothing.

@@ -102,7 +102,7 @@ impl BaseMotion {
         })
     }
 
-    /// What may jump at some time.
+    /// The quantities that may jump at some time.
     pub(crate) fn jumps(&self) -> Jumps {
         smooth::jumps(&self.translation).max(match &self.rotation {
             BaseRotation::About { angle, .. } => smooth::jumps(angle),

@@ -65,7 +65,7 @@ pub(crate) fn jump_near<const N: usize>(signal: &Signal<N>, t: f64) -> Option<f6
     }
 }
 
-/// What may jump at some time.
+/// The quantities that may jump at some time.
 pub(crate) fn jumps<const N: usize>(signal: &Signal<N>) -> Jumps {
     let Signal::Table(table) = signal else { return Jumps::Nothing };
     match table.interpolation() {

@@ -39,13 +39,13 @@ const UNREACHED: f64 = 1e-3;
 /// A closing force counts as deforming if at least this part of the smallest motion is along elastic coordinates.
 const DEFORMS: f64 = 0.5;
 
-/// Stiffness below this part of the largest one is none.
+/// Stiffness below this part of the largest one counts as zero.
 const SOFTEST: f64 = 1e-14;
 
 /// Buckling modes whose eigenvalues differ by less than this part of the largest one are one: then a fixed direction selects.
 const SAME_MODE: f64 = 1e-6;
 
-/// Of closed shapes, another one is taken if its energy is lower by this part: mirror images, whose starts agree to 1e-8, are equal.
+/// Another closed shape is preferred if its energy is lower by this part: mirror images, whose starts agree to 1e-8, count as equal.
 const LOWER: f64 = 1e-6;
 
 /// Where nothing else closes, shapes beside the start are tried that differ by this part of normalised sizes.
@@ -113,7 +113,7 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Load {
     Any,
-    /// Those that are reached before an elastic shape is closed, if a motion closes it to first order.
+    /// Loads that are reached before an elastic shape is closed, if a motion closes it to first order.
     BeforeClosed,
 }
 
@@ -141,7 +141,7 @@ fn turned<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
     (ended.gap > CLOSED).then_some(ended.q)
 }
 
-/// Of closed shapes the one of least energy, valid ones first; if there is none, the first of all.
+/// The closed shape of least energy, valid ones first; if no shape is closed, the first of all.
 fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
     let rest = vec![0.0; model.facts().n];
     let mut best: Option<(&Ended, bool, f64)> = None;
@@ -165,7 +165,7 @@ fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) ->
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Moves {
     All,
-    /// Those without stiffness.
+    /// Coordinates without stiffness.
     Rigid,
 }
 
@@ -442,8 +442,8 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     if lowest >= -least || work <= 0.0 {
         return None;
     }
-    // Of several equal modes, and of both signs, the one on which loads do most work: a slack line sags downwards. Without loads, the
-    // one along a fixed direction, so that rounding does not decide.
+    // Among equal modes and both signs, choose the one on which loads do most work: a slack line sags downwards. Without loads, the one
+    // along a fixed direction, so that rounding does not decide.
     let along = |direction: &[f64]| {
         let mut mode = vec![0.0; n];
         for k in (0..n).filter(|&k| values[k] - lowest <= SAME_MODE * largest) {

@@ -209,9 +209,9 @@ fn impulses(
 /// Computes the multipliers of the active constraints, and the rises of all that may be active.
 type Find<'a> = dyn FnMut(&mut dyn Static, &mut [f64], &mut [f64]) -> Result<(), SingularMass> + 'a;
 
-/// Of constraints that may be active, one-sided ones from `first` on, activates a set with non-negative multipliers in which no
-/// inactive constraint rises. Pivoting by the least index (Murty 1974, "Note on a Bard-type scheme for solving the complementarity
-/// problem"); ends if the constraints are independent.
+/// Activates a set of the constraints in `may_hold`, of which those from `first` on are one-sided, such that multipliers are
+/// non-negative and no inactive constraint rises. Pivoting by the least index (Murty 1974, "Note on a Bard-type scheme for solving the
+/// complementarity problem"); ends if the constraints are independent.
 fn hold_some(
     model: &mut dyn Static,
     may_hold: &[f64],

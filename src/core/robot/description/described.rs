@@ -120,8 +120,8 @@ pub struct Rod {
     pub field: Signal<3>,
 }
 
-/// Of each list of a robot the places that its items have in the list that describes them; those that name what does not
-/// exist are left out.
+/// For each list of a robot, the places of its items in the described list. Items that refer to unknown names are left out of the
+/// robot.
 #[derive(Debug, Default)]
 pub struct Places(Vec<(&'static str, Vec<usize>)>);
 
@@ -134,7 +134,7 @@ impl Places {
         Some(format!("{list}[{}]{rest}", places.get(i.parse::<usize>().ok()?)?))
     }
 
-    /// What is made of the items of a list.
+    /// Resolves the items of a list, and records their places.
     fn each<T, R>(
         &mut self,
         list: &'static str,
@@ -155,7 +155,7 @@ impl Places {
         found
     }
 
-    /// As [`Self::each`]; default names that several have get numbers.
+    /// As [`Self::each`]; equal default names are numbered.
     fn each_named<T, R>(
         &mut self,
         list: &'static str,

@@ -10,9 +10,9 @@ use crate::error::Checker;
 pub struct Origin {
     /// Index of a link whose joint mimics no other.
     pub link: usize,
-    /// What multiplies its coordinate.
+    /// Factor of its coordinate.
     pub factor: f64,
-    /// What is added, in metres or radians.
+    /// Added constant, in metres or radians.
     pub offset: f64,
 }
 

@@ -92,7 +92,7 @@ impl<'a> LinkNames<'a> {
         };
         let before = &self.all[..link];
         let right = match before.len() {
-            0 => "remove it: the first link hangs on the world".to_owned(),
+            0 => "remove it: the first link is attached to the world".to_owned(),
             1..=LISTED => format!("expected one of the links before: {}", quoted(before, ", ")),
             _ => expected_name(name, before, "link"),
         };

@@ -34,12 +34,12 @@ impl<'a> Spans<'a> {
         Self { robot, arms }
     }
 
-    /// Of a link.
+    /// The length of the chain to the end of a link.
     pub fn of_link(&self, link: usize) -> f64 {
         self.or_robot(self.arms[link].iter().sum())
     }
 
-    /// Of a loop. The larger one of those of its ends.
+    /// The length of the chains to the ends of a loop, the larger one of both.
     pub(crate) fn of_loop(&self, closed: &Loop) -> f64 {
         if let Tie::Coordinates { coordinates: [first, _], .. } = closed.tie {
             let has_it = |&link: &usize| self.robot.coordinates_of(link).contains(&first);
@@ -51,7 +51,7 @@ impl<'a> Spans<'a> {
         self.or_robot(if of_ends > 0.0 { of_ends } else { own })
     }
 
-    /// Of a tendon.
+    /// The length of the longest chain that a tendon passes.
     pub(crate) fn of_tendon(&self, actuator: &Actuator) -> f64 {
         let vias = actuator.vias();
         let of_vias = vias.iter().map(|via| via.link.map_or(0.0, |link| self.to(link, via.point)));

@@ -18,7 +18,7 @@ impl Robot {
         self.signals_with_places().map(PlacedSignal::timed)
     }
 
-    /// Those that act on forces directly: all but the lengths of inextensible tendons.
+    /// Signals that determine forces directly: all but the lengths of inextensible tendons.
     fn force_signals(&self) -> impl Iterator<Item = &dyn Timed> {
         let follows =
             |placed: &PlacedSignal<'_>| placed.commands.is_none_or(|actuator| !actuator.is_inextensible());

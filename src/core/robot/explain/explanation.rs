@@ -380,9 +380,9 @@ impl Explanation {
         let (mass, none) = ("across the axis of each section", "its coefficient or the density is zero");
         let has_mass = fluid.has_added_mass();
         self.add(has_mass, "added mass of the fluid", if has_mass { mass } else { none });
-        let is_borne = fluid.bears(robot.gravity);
-        let why = if is_borne { "a dead load along the rod" } else { "switched off, or without gravity" };
-        self.add(is_borne, "buoyancy", why);
+        let has_buoyancy = fluid.has_buoyancy(robot.gravity);
+        let why = if has_buoyancy { "a dead load along the rod" } else { "switched off, or without gravity" };
+        self.add(has_buoyancy, "buoyancy", why);
         let bodies = robot.all_bodies().filter(|body| body.hull.is_some()).count();
         if bodies > 0 {
             self.add(true, "fluid around bodies", format!("buoyancy, added mass and drag of {bodies}"));

@@ -28,7 +28,7 @@ pub(crate) fn acceleration<G: Turning>(
     [turned(G::axial_in_space(plan.frame, acceleration.angular)), turned(G::in_space(plan.frame, linear))]
 }
 
-/// Velocity and acceleration less gravity of what is at a place, about the origin, with the motion up to date.
+/// Velocity, and acceleration minus gravity, at a place, about the origin, with the motion up to date.
 fn motion<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, place: &Place) -> [Twist<G, f64>; 2] {
     let piece = &plan.pieces[place.piece];
     let station = if place.weights.is_empty() { piece.joined.end } else { piece.joined.begin };

@@ -254,8 +254,8 @@ pub(crate) fn jacobian<G: Turning>(
     jacobian_from(plan, work, place, None, jacobian);
 }
 
-/// Twists about the origin, for a unit of each coordinate, of what is beyond its piece: the larger part of the Jacobians of
-/// many places.
+/// For each coordinate, the twist about the origin of everything beyond its piece per unit of velocity: the larger part of the
+/// Jacobians of many places.
 pub(crate) fn twists_beyond<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<Twist<G, f64>> {
     let mut twists = vec![Twist::zero(); plan.n];
     let whole = plan.pieces.iter().enumerate().filter(|(_, piece)| piece.n > 0);

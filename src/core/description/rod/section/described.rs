@@ -122,7 +122,7 @@ fn is_length(length: f64) -> bool {
     length.is_finite() && length > 0.0
 }
 
-/// The length, if parameters are functions along it; one that is none is kept to be reported.
+/// The length, if parameters are functions along it; an invalid length is kept to be reported.
 fn needed(length: Option<f64>, section: &super::Section) -> Option<f64> {
     length.filter(|length| !is_length(*length) || section.varies())
 }

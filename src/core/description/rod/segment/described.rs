@@ -311,7 +311,7 @@ impl Segment {
         }
     }
 
-    /// What follows for a field that is not given: the section of a radius, and one elastic constant of the others.
+    /// The value of a field that is not given: the section from the radius, or an elastic constant from the others.
     fn derived(&self, key: &str) -> Value {
         let is_given = matches!(self.section, Some(Section::Given(_)));
         match (key, &self.radius) {

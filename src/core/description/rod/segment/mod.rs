@@ -69,7 +69,7 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// What effects act on along the segment, per area of its section.
+    /// Properties along the segment on which effects act, per area of its section.
     pub(crate) fn of_effects(&self) -> [(&'static str, &dyn AlongSegment); 1] {
         [("magnetisation", &self.magnetisation)]
     }

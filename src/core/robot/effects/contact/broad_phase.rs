@@ -199,7 +199,7 @@ mod tests {
             prop_assert_eq!(seen, wanted);
         }
 
-        /// Of a rod with itself, but for those that are so near along it.
+        /// Pairs of a rod with itself, except neighbours along it.
         #[test]
         fn one_rod(leaves in prop::collection::vec(ball(), 1..40), near in 0_usize..4) {
             let rod = 0..leaves.len();

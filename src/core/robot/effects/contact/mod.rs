@@ -119,7 +119,7 @@ impl Surface {
 pub enum Stiffness {
     /// A number, in N/m^2 along rods, in N/m for balls and for each corner and edge of bodies.
     Given(f64),
-    /// That of the rods' material.
+    /// From the material of the rods.
     Material,
 }
 

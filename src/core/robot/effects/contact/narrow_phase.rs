@@ -92,7 +92,7 @@ enum Other<'a> {
     Solid {
         solid: Placed<'a>,
         on: Standing,
-        /// Of a ball.
+        /// The centre of a ball.
         centre: Option<Vector<f64>>,
     },
     /// The curves of a rod, without neighbouring places of the same rod.

@@ -30,7 +30,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     let Fluid { density, added_mass_coefficient, .. } = *fluid;
     let immersion = Immersion { has_drag: fluid.has_drag(), has_added_mass: fluid.has_added_mass() };
     let is_felt = immersion.has_drag || immersion.has_added_mass;
-    let is_borne = fluid.bears(robot.gravity);
+    let has_buoyancy = fluid.has_buoyancy(robot.gravity);
     let buoyancy = plan.effects.loads.len();
     let mut volume = 0.0;
     for piece in plan.pieces.iter_mut().filter(|piece| !piece.is_joint) {
@@ -52,14 +52,14 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
                 drag: (0..piece.packs).map(drag).collect(),
             });
         }
-        if is_borne {
+        if has_buoyancy {
             let weights = piece.gauss.weights.iter().zip(&areas);
             volume += piece.length * weights.map(|(weight, area)| weight * area).sum::<f64>();
             let density = packed(nodes.len(), |i| areas[i]);
             piece.spread.push(Spread { load: buoyancy, density, part: None });
         }
     }
-    if is_borne {
+    if has_buoyancy {
         let weight = robot.gravity.map(|g| -density * g);
         let extent = Extent::Along([0.0, robot.length()]);
         let load = crate::robot::effects::load::Load {

@@ -68,7 +68,7 @@ impl Fluid {
     }
 
     /// Whether buoyancy acts under this gravity.
-    pub(crate) fn bears(&self, gravity: [f64; 3]) -> bool {
+    pub(crate) fn has_buoyancy(&self, gravity: [f64; 3]) -> bool {
         self.is_buoyant && self.density > 0.0 && gravity != [0.0; 3]
     }
 

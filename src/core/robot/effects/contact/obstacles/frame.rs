@@ -12,12 +12,12 @@ pub(crate) struct Frame {
 }
 
 impl Frame {
-    /// Of a shape that is described in axes with this pose.
+    /// The frame of a shape that is described in axes with this pose.
     pub(crate) fn of(rotation: Rotation<f64>, position: Vector<f64>) -> Self {
         Self { rotation, position, is_inverse: false }
     }
 
-    /// Of a shape that is computed in axes with this pose.
+    /// The frame of a shape that is computed in axes with this pose.
     pub(crate) fn seen_from(rotation: Rotation<f64>, position: Vector<f64>) -> Self {
         Self { rotation, position, is_inverse: true }
     }
