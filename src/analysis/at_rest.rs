@@ -132,7 +132,7 @@ impl AtRest<'_> {
             model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
             scaled(tangent, sizes)
         });
-        let [work, borne] = normalised::work_and_borne(self.model, q, sizes);
+        let [work, constraint_loads] = normalised::work_and_constraint_loads(self.model, q, sizes);
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
@@ -145,7 +145,7 @@ impl AtRest<'_> {
         // the constraint wrenches of joints.
         for range in self.parts() {
             for (i, j) in range.clone().flat_map(|i| range.clone().map(move |j| (i, j))) {
-                let most = work[i].min(work[j]) + borne[i].min(borne[j]);
+                let most = work[i].min(work[j]) + constraint_loads[i].min(constraint_loads[j]);
                 magnitudes[(i, j)] += self.load_factor.abs() * most;
             }
         }

@@ -265,18 +265,18 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
 
 /// Magnitudes of the generalised forces of weight and loads in any direction, times the sizes of coordinates, in joules.
 pub(crate) fn work_of_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Vec<f64> {
-    let [work, _] = work_and_borne(model, q, sizes);
+    let [work, _] = work_and_constraint_loads(model, q, sizes);
     work
 }
 
 /// The same, and those of the constraint wrenches of joints under these loads.
-pub(crate) fn work_and_borne(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> [Vec<f64>; 2] {
-    let (mut turned, mut borne) = (Matrix::zeros(q.len(), 3), vec![0.0; q.len()]);
-    model.turned_loads(q, &mut turned, &mut borne);
+pub(crate) fn work_and_constraint_loads(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> [Vec<f64>; 2] {
+    let (mut turned, mut constraint_loads) = (Matrix::zeros(q.len(), 3), vec![0.0; q.len()]);
+    model.turned_loads(q, &mut turned, &mut constraint_loads);
     let mut work: Vec<f64> = turned.row_iter().zip(sizes).map(|(row, size)| row.abs().sum() * size).collect();
     spread(&model.facts().rotation_vectors, &mut work);
-    borne.iter_mut().zip(sizes).for_each(|(borne, size)| *borne *= size);
-    [work, borne]
+    constraint_loads.iter_mut().zip(sizes).for_each(|(load, size)| *load *= size);
+    [work, constraint_loads]
 }
 
 /// Magnitudes of the generalised forces of contacts and actuators times the sizes of coordinates, in joules.

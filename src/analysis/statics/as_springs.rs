@@ -156,8 +156,8 @@ impl Elastic for AsSprings<'_> {
         self.add_stiffness(q, 1.0, tangent);
     }
 
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
-        self.model.turned_loads(q, forces, borne);
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, constraint_loads: &mut [f64]) {
+        self.model.turned_loads(q, forces, constraint_loads);
     }
 
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {

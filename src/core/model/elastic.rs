@@ -13,9 +13,9 @@ pub trait Elastic: Dynamics {
     fn elastic_tangent(&mut self, q: &[f64], tangent: &mut Matrix);
 
     /// Generalised forces, n x 3, of the weight and the loads if all of them acted along the first, second or third axis of the
-    /// base: their magnitudes in a shape for any directions. `borne` gets the magnitudes of the constraint wrenches of
+    /// base: their magnitudes in a shape for any directions. `constraint_loads` gets the magnitudes of the constraint wrenches of
     /// joints about the origin of the base, projected on their coordinates: a joint's own force is a small difference of such products.
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]);
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, constraint_loads: &mut [f64]);
 
     /// Sizes of the coordinates in a shape, all > 0: a step of this size turns something by one radian; if a coordinate only shifts
     /// parts, it is a strain of one, or the extent of these parts. Parts that a coordinate does not move have no influence.

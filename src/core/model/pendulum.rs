@@ -192,8 +192,8 @@ impl Elastic for SpringPendulum {
     }
 
     /// Sizes of coordinates need no help by those of the loads.
-    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
-        borne.fill(0.0);
+    fn turned_loads(&mut self, _q: &[f64], forces: &mut Matrix, constraint_loads: &mut [f64]) {
+        constraint_loads.fill(0.0);
         forces.fill(0.0);
     }
 

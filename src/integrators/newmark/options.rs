@@ -21,15 +21,15 @@ pub enum Predictor {
     Zero,
 }
 
-/// What becomes of impacts that are shorter than steps of fixed size.
+/// Treatment of impacts that are shorter than steps of fixed size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Impacts {
     /// Resolved in robots of rigid parts, stopped in those with rods.
     #[default]
     Auto,
-    /// They stop what meets.
+    /// Stopped: bodies that collide within a step do not rebound.
     Stopped,
-    /// Simulations make the steps in which something rebounds once more, by Radau's method.
+    /// Resolved: simulations repeat the steps in which bodies rebound, by Radau's method.
     Resolved,
 }
 
@@ -110,7 +110,7 @@ pub struct Options {
     /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
     /// Default: true.
     pub reuse_jacobian: bool,
-    /// What becomes of impacts in steps of fixed size. Default: [`Impacts::Auto`].
+    /// Treatment of impacts in steps of fixed size. Default: [`Impacts::Auto`].
     pub impacts: Impacts,
     /// Accelerations at the start; `None` solves for them.
     pub initial_acceleration: Option<Vec<f64>>,

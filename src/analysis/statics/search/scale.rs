@@ -34,12 +34,16 @@ impl Scale {
         let w = sizes.iter().zip(&stiffness).map(|(size, k)| size / (1.0 + k / softest).sqrt()).collect();
         let turns = problem.model.facts().turns.clone();
         let mut loads = Matrix::zeros(n, 3);
-        let mut borne = vec![0.0; n];
-        problem.model.turned_loads(q, &mut loads, &mut borne);
+        let mut constraint_loads = vec![0.0; n];
+        problem.model.turned_loads(q, &mut loads, &mut constraint_loads);
         for mut column in loads.column_iter_mut() {
             chart::forces(&problem.turns, q, column.as_mut_slice());
         }
-        let loads = loads.row_iter().zip(borne).map(|(row, borne)| row.norm().max(NOTHING * borne)).collect();
+        let loads = loads
+            .row_iter()
+            .zip(constraint_loads)
+            .map(|(row, load)| row.norm().max(NOTHING * load))
+            .collect();
         Self { sizes, w, turns, loads }
     }
 

@@ -71,17 +71,17 @@ impl Elastic for RobotModel {
         });
     }
 
-    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
+    fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, constraint_loads: &mut [f64]) {
         let Self { sweeps, coordinates, .. } = self;
         let n = on_sweeps!(&*sweeps, sweeps => sweeps.plan().n);
-        let (mut of_all, mut borne_by_all) = (Matrix::zeros(3, n), Matrix::zeros(1, n));
+        let (mut of_all, mut all_constraint_loads) = (Matrix::zeros(3, n), Matrix::zeros(1, n));
         coordinates.all([q], |[q]| {
-            let borne = borne_by_all.as_mut_slice();
-            on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all, borne));
+            let constraint_loads = all_constraint_loads.as_mut_slice();
+            on_sweeps!(&mut *sweeps, sweeps => sweeps.turned_loads(q, &mut of_all, constraint_loads));
         });
         forces.copy_from(&coordinates.own_columns(of_all).transpose());
-        let own = coordinates.own_columns(borne_by_all);
-        borne.iter_mut().zip(own.iter()).for_each(|(borne, own)| *borne = own.abs());
+        let own = coordinates.own_columns(all_constraint_loads);
+        constraint_loads.iter_mut().zip(own.iter()).for_each(|(load, own)| *load = own.abs());
     }
 
     fn sizes(&mut self, q: &[f64], sizes: &mut [f64]) {

@@ -220,7 +220,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Generalised forces, 3 x n, of weight and loads if all of them acted along an axis of the base, and magnitudes of the constraint
     /// wrenches of joints ([`turned_loads`](crate::model::Elastic::turned_loads)).
-    pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, borne: &mut [f64]) {
+    pub(crate) fn turned_loads(&mut self, q: &[f64], forces: &mut Matrix, constraint_loads: &mut [f64]) {
         let frame = self.plan.frame;
         let size = |v: Vector<f64>| v.dot(v).sqrt();
         let (surroundings, acting) = (self.work.surroundings, self.work.effects.acting.clone());
@@ -250,7 +250,7 @@ impl<G: Turning> Sweeps<G> {
                     for (k, (with, without)) in tau[1].iter().zip(&tau[0]).enumerate() {
                         forces[(row, k)] = with - without;
                     }
-                    self.add_borne(&without, borne);
+                    self.add_constraint_loads(&without, constraint_loads);
                 }
             }
         }
@@ -260,7 +260,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Adds magnitudes of products of the twists of joints and their constraint wrenches, less the given wrenches.
-    fn add_borne(&self, without: &[Wrench<G, f64>], forces: &mut [f64]) {
+    fn add_constraint_loads(&self, without: &[Wrench<G, f64>], forces: &mut [f64]) {
         let (plan, work) = (&*self.plan, &self.work);
         let size = |v: Vector<f64>| v.dot(v).sqrt();
         let linear = |v| size(G::in_space(plan.frame, v));
@@ -278,8 +278,8 @@ impl<G: Turning> Sweeps<G> {
             for (position, weight) in work.position[piece.node_packs()].iter().zip(&piece.weights) {
                 place.linear += *position * *weight;
             }
-            let borne = moment + linear(place.sum().linear) * force;
-            forces[piece.coordinates()].iter_mut().for_each(|own| *own += borne);
+            let load = moment + linear(place.sum().linear) * force;
+            forces[piece.coordinates()].iter_mut().for_each(|own| *own += load);
         }
     }
 

@@ -103,7 +103,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
         };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.effects.contacts.pairs.iter().enumerate() {
-            scene.meet(p, pair, &mut found);
+            scene.add_points_of_pair(p, pair, &mut found);
         }
         *has_touched |= !found.touches.is_empty();
     }
@@ -284,7 +284,7 @@ fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
                 let [c, o] = near[i];
                 look_closely(plan, &work.slope, state, c);
                 look_closely(plan, &work.slope, state, o);
-                let is_near = state.chords[c].meets(&state.chords[o])
+                let is_near = state.chords[c].may_overlap(&state.chords[o])
                     && (pair.neighbourhood == 0.0 || parts_are_near(plan, state, [c, o], pair.neighbourhood));
                 if is_near {
                     near[kept] = [c, o];
@@ -323,9 +323,9 @@ fn parts_are_near<G: Turning>(
     };
     parts(c).any(|(span, [from, to], radius)| {
         let around = span.widened(radius);
-        around.meets(&state.chords[o])
+        around.may_overlap(&state.chords[o])
             && parts(o).any(|(other, [begin, end], _)| {
-                !(begin < to + neighbourhood && end > from - neighbourhood) && around.meets(other)
+                !(begin < to + neighbourhood && end > from - neighbourhood) && around.may_overlap(other)
             })
     })
 }

@@ -173,8 +173,8 @@ impl<'a, G: Turning> Scene<'a, G> {
         &self.spans[curve.first_sample..][..curve.samples.len() - 1]
     }
 
-    /// Finds the contact points of a pair.
-    pub(super) fn meet(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
+    /// Adds the contact points of a pair.
+    pub(super) fn add_points_of_pair(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
         let other = match &pair.sides[1] {
             Side::Solid(solid) => {
@@ -216,14 +216,14 @@ impl<'a, G: Turning> Scene<'a, G> {
                     let mut seen = None;
                     for index in 0..self.spans(c).len() {
                         if self.part_may_meet(c, index, &other) {
-                            self.meet_along(p, c, &self.part(c, index), &other, &mut seen, found);
+                            self.add_points_along(p, c, &self.part(c, index), &other, &mut seen, found);
                         }
                     }
                 }
             }
             Side::Body(body) => {
                 if let Other::Solid { solid, on, .. } = other {
-                    self.meet_body(p, &self.plan.effects.contacts.bodies[*body], &solid, on, found);
+                    self.add_points_of_body(p, &self.plan.effects.contacts.bodies[*body], &solid, on, found);
                 }
             }
             Side::Solid(_) => {}
@@ -232,7 +232,7 @@ impl<'a, G: Turning> Scene<'a, G> {
 
     /// Adds the contact points of the corners and edges of a body.
     #[inline(never)]
-    fn meet_body(
+    fn add_points_of_body(
         &self,
         p: usize,
         body: &Body,
@@ -289,20 +289,20 @@ impl<'a, G: Turning> Scene<'a, G> {
         let curves = &self.plan.effects.contacts.curves;
         let span = &spans[curves[c].first_sample + index];
         let [from, to] = curves[c].arcs(index);
-        others(near, c).filter(move |&o| span.meets(&chords[o])).flat_map(move |o| {
+        others(near, c).filter(move |&o| span.may_overlap(&chords[o])).flat_map(move |o| {
             let curve = &curves[o];
             let parts = spans[curve.first_sample..][..curve.samples.len() - 1].iter().enumerate();
             parts.filter_map(move |(i, there)| {
                 let [begin, end] = curve.arcs(i);
                 let is_neighbour =
                     neighbourhood > 0.0 && begin < to + neighbourhood && end > from - neighbourhood;
-                (!is_neighbour && span.meets(there)).then_some(there)
+                (!is_neighbour && span.may_overlap(there)).then_some(there)
             })
         })
     }
 
     /// Adds the contact points of a part of a curve. `seen` is the nearest part of the other surface to an end, with the index of the end.
-    fn meet_along(
+    fn add_points_along(
         &self,
         p: usize,
         c: usize,
@@ -312,7 +312,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         found: &mut Found<'_, G::Pack>,
     ) {
         if part.half_extents.is_some() {
-            self.meet_along_ellipses(p, c, part, other, found);
+            self.add_points_along_ellipses(p, c, part, other, found);
             return;
         }
         let widening = part.widening();
@@ -351,13 +351,13 @@ impl<'a, G: Turning> Scene<'a, G> {
         let gap = Gap { at: gap, bend: part.bend + self.bend_of(other, c, part), negligible };
         let mut hints = [0.0; MOST_HINTS];
         for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
-            self.meet_features(p, c, part, interval, other, found);
+            self.add_points_by_features(p, c, part, interval, other, found);
         }
     }
 
     /// Adds the contact points of a part of a curve whose sections are not round.
     #[inline(never)]
-    fn meet_along_ellipses(
+    fn add_points_along_ellipses(
         &self,
         p: usize,
         c: usize,
@@ -390,7 +390,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         let mut hints = [0.0; MOST_HINTS];
         for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
-            self.meet_features(p, c, part, interval, other, found);
+            self.add_points_by_features(p, c, part, interval, other, found);
         }
     }
 
@@ -449,7 +449,7 @@ impl<'a, G: Turning> Scene<'a, G> {
 
     /// Adds the contact points between two places of a part of a curve, divided where another feature of a solid becomes the nearest one:
     /// there the gap is not smooth.
-    fn meet_features(
+    fn add_points_by_features(
         &self,
         p: usize,
         c: usize,
@@ -459,10 +459,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         found: &mut Found<'_, G::Pack>,
     ) {
         let Other::Solid { solid, .. } = other else {
-            return self.meet_between(p, c, part, [from, to], other, found);
+            return self.add_points_between(p, c, part, [from, to], other, found);
         };
         if !solid.solid.has_features() {
-            return self.meet_between(p, c, part, [from, to], other, found);
+            return self.add_points_between(p, c, part, [from, to], other, found);
         }
         let feature = |x: f64| {
             let centre = part.at(x)[0];
@@ -471,14 +471,14 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         let mut begin = from;
         for place in changes(feature, [from, to]).into_iter().flatten() {
-            self.meet_between(p, c, part, [begin, place], other, found);
+            self.add_points_between(p, c, part, [begin, place], other, found);
             begin = place;
         }
-        self.meet_between(p, c, part, [begin, to], other, found);
+        self.add_points_between(p, c, part, [begin, to], other, found);
     }
 
     /// Adds the contact points between two places of a part of a curve.
-    fn meet_between(
+    fn add_points_between(
         &self,
         p: usize,
         c: usize,

@@ -132,7 +132,7 @@ impl Span {
     }
 
     /// Whether two volumes may overlap.
-    pub(crate) fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn may_overlap(&self, other: &Self) -> bool {
         let (way, reach) = (self.centre - other.centre, self.radius + other.radius);
         way.dot(way) <= reach * reach
             && distance::of_segments(self.ends, other.ends) <= self.width + other.width

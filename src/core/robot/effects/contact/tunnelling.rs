@@ -113,9 +113,9 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
         [Side::Rod(curves), Side::Solid(solid)] => {
             if let Some(moving) = paths.moving(*solid) {
                 return moving.solid.can_be_passed()
-                    && curves
-                        .clone()
-                        .any(|c| paths.parts(c).any(|part| moving.meets(part.paths, part.thin, measure)));
+                    && curves.clone().any(|c| {
+                        paths.parts(c).any(|part| moving.is_overlapped_deeply(part.paths, part.thin, measure))
+                    });
             }
             let solid = &plan.effects.contacts.solids[*solid].solid;
             curves.clone().any(|c| {
@@ -137,7 +137,8 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
                 }
                 Side::Solid(solid) => {
                     if let Some(moving) = paths.moving(*solid) {
-                        return moving.solid.can_be_passed() && moving.meets([path; 2], radius, measure);
+                        return moving.solid.can_be_passed()
+                            && moving.is_overlapped_deeply([path; 2], radius, measure);
                     }
                     let solid = &plan.effects.contacts.solids[*solid].solid;
                     solid.can_be_passed()
@@ -166,7 +167,7 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
                 detection::look_closely(plan, &work.slope, &mut state, curve);
             }
             let paths = Paths { plan, q: &work.kinematics_of, contact: &state, measure };
-            paths.swept(c).meets(&paths.swept(o)) && paths.have_crossed(pair, c, o)
+            paths.swept(c).may_overlap(&paths.swept(o)) && paths.have_crossed(pair, c, o)
         })
     });
     state.near = near;
@@ -351,7 +352,7 @@ impl<'a> Moving<'a> {
     }
 
     /// Whether a rod or a ball of this radius on these paths comes deeper into it than at the start, by the depth of `measure`.
-    fn meets(&self, paths: [Path; 2], radius: f64, measure: Radius) -> bool {
+    fn is_overlapped_deeply(&self, paths: [Path; 2], radius: f64, measure: Radius) -> bool {
         self.goes_deep(paths, radius, measure.beside(radius, self.solid))
     }
 

@@ -18,7 +18,7 @@ const ROUNDING: f64 = 0.04;
 
 /// Pairs by which the contact of two bodies, or of a body and a height field or tube, is computed, each with a flag
 /// for swapped surfaces; `None` for other pairs.
-pub(super) fn meet<G: Space>(
+pub(super) fn pairs_of_bodies<G: Space>(
     surfaces: [&Surface; 2],
     axes: &[Axes; 2],
     contacts: &mut Contacts<G>,

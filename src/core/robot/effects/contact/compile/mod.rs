@@ -74,7 +74,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
             }
         });
         let [a, b] = &contact.surfaces;
-        if let Some(pairs) = bodies::meet([a, b], &axes, &mut contacts) {
+        if let Some(pairs) = bodies::pairs_of_bodies([a, b], &axes, &mut contacts) {
             for (is_turned, sides) in pairs {
                 let pair =
                     pair(plan, &contacts, (c, law(contact, stiffnesses[c])), contact, is_turned, sides);
