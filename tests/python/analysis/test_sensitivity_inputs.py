@@ -126,7 +126,7 @@ def test_without_inputs_the_defaults_are_held():
         ({"control_step": -1.0}, "control_step: got -1.0"),
         ({"parameters": ["u[4]"]}, r"'u\[4\]', expected an index below 4, the number of steps"),
         ({"parameters": ["u[0][2]"]}, "an index below 2, the number of inputs"),
-        ({"parameters": ["u", "u[1][0]"]}, "second time"),
+        ({"parameters": ["u", "u[1][0]"]}, "is listed twice"),
         ({"parameters": ["u"], "u": None, "control_step": None}, "'u', expected"),
     ],
 )

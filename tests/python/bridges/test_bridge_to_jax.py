@@ -145,7 +145,7 @@ def test_gradients_with_respect_to_inputs_pass_the_checker():
 
 def test_inputs_are_checked():
     run = lissom.jax.simulation(steered(), 0.25, control_step=0.1)
-    with pytest.raises(ValueError, match=r"u: got NoneType, expected inputs"):
+    with pytest.raises(ValueError, match=r"u: got NoneType: inputs and a control_step need each other"):
         run({}, np.zeros(3), np.zeros(3))
     with pytest.raises(ValueError, match=r"u: got shape \(2, 2\), expected \(3, 2\)"):
         run({}, np.zeros(3), np.zeros(3), U[:2])

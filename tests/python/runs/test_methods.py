@@ -157,7 +157,7 @@ def test_they_are_values(method):
         (lambda: lissom.simulate(ROD, 0.1, method=methods.Radau(rtol=[1e-6] * 3)), "rtol: got 3 values"),
         (
             lambda: lissom.simulate(ROD, 0.1, method=methods.Auto(), t_eval="steps"),
-            "t_eval='steps': expected nothing",
+            "t_eval='steps': the method .auto. takes",
         ),
         (
             lambda: lissom.Simulation(ROD, dt=0.1, method=methods.Auto()),
