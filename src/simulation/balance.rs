@@ -30,17 +30,17 @@ const GAUSS: [(f64, f64); 3] =
 /// if the model has no such flow.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Flow {
-    /// What damping, and impacts of tendons that do not stretch, have taken out.
+    /// Energy dissipated by damping and by impacts of inextensible tendons.
     pub dissipated: Vec<f64>,
     /// Work of loads without a potential, such as moments of fixed direction.
     pub work: Vec<f64>,
 }
 
-/// A part of a step resolves a power if its mean differs from that in the middle by no more than this of the largest power so far: a
-/// power that swings by 2.6 rad within it, for which the formula of order 6 is right to 2e-4.
+/// A part of a step resolves a power if its mean differs from the value in the middle by at most this part of the largest power so far: an
+/// oscillation by 2.6 rad, which the formula of order 6 integrates to 2e-4.
 const RESOLVED: f64 = 0.25;
 
-/// Steps are halved so many times at most for their powers: methods of high order make steps of many periods of a prescribed motion
+/// Maximum number of halvings of a step for its powers: steps of methods of high order may contain many periods of a prescribed motion
 /// that moves nothing else.
 const MOST_HALVINGS: usize = 8;
 
@@ -126,7 +126,7 @@ impl Balance {
 
 /// Weights of the integral from 0 to `x` of the polynomial through values at 0, at the nodes of Gauss and at 1.
 fn weights_up_to(x: f64) -> [f64; 5] {
-    // Of the polynomials that are one at a node each, in s = 2 x - 1 from -1 on: those nodes are 0, the roots of 3/5, and 1.
+    // Integrals of the Lagrange polynomials in s = 2 x - 1, with nodes at -1, -g, 0, g and 1.
     let (s, g) = (2.0 * x - 1.0, 0.6_f64.sqrt());
     let power = |k: i32| 0.5 * (s.powi(k + 1) - (-1.0_f64).powi(k + 1)) / f64::from(k + 1);
     let [zeroth, linear, square, cubic, fourth] = [0, 1, 2, 3, 4].map(power);
@@ -140,8 +140,8 @@ fn mean((before, after): (&f64, &f64)) -> f64 {
     0.5 * (before + after)
 }
 
-/// The velocity that leads from one place to the other within `h`; that of the rates at both ends if the step is so short that they
-/// agree to the rounding of the places.
+/// Mean velocity between two places within `h`; the mean of the velocities at both ends if the step is so short that both agree to
+/// rounding of the places.
 fn mean_velocity(places: (&f64, &f64), rates: (&f64, &f64), h: f64) -> f64 {
     let (way, by_rates) = (places.1 - places.0, mean(rates));
     let rounding = f64::EPSILON * (places.0.abs() + places.1.abs());
@@ -156,13 +156,13 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 /// How flows are integrated over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rule {
-    /// One evaluation of the power, in the mean of the shapes at both ends of the step and with the velocities that lead from
-    /// one to the other; if loads vary in time, the mean of the powers of those at both ends. For the average-acceleration rule without varying loads,
+    /// One evaluation of the power, in the mean of the shapes at both ends of the step and with the mean velocity between them; if loads
+    /// vary in time, the mean of the powers at the times of both ends. For the average-acceleration rule without varying loads,
     /// the balance of a linear system is then exact. With one-sided constraints always the powers at both
     /// ends, where the constraints hold.
     Mean,
-    /// Gauss-Legendre with three evaluations along the quintic polynomial through the states at both ends: order 5. Of halves of the
-    /// step, and of their halves, where powers swing within it.
+    /// Gauss-Legendre with three evaluations along the quintic polynomial through the states at both ends: order 5. Steps in which powers
+    /// oscillate are halved repeatedly.
     Quintic,
 }
 
@@ -182,7 +182,7 @@ pub(crate) struct FlowMeter<'a> {
     is_damped: bool,
     is_driven: bool,
     rule: Rule,
-    /// Where the powers of a step are evaluated, with their weights, and whether only in the states at its ends.
+    /// Fractions of a step at which powers are evaluated, with their weights, and whether these are only its ends.
     parts: &'static [(f64, f64)],
     is_at_ends: bool,
     t_eval: Option<&'a [f64]>,
@@ -195,8 +195,7 @@ pub(crate) struct FlowMeter<'a> {
     a_between: Vec<f64>,
     /// Dissipated energy and work so far.
     total: [f64; 2],
-    /// How far the work may be off: powers between the ends of a step are not known better than by how they change from one
-    /// evaluation to the next.
+    /// Bound of the error of the work: the change of the power between successive evaluations, times their distances.
     uncertain: f64,
     power: f64,
     /// The largest powers so far.
@@ -219,7 +218,7 @@ impl<'a> FlowMeter<'a> {
         if !is_damped && !is_driven {
             return None;
         }
-        // Between the ends of a step a tendon that does not stretch is shorter or longer than it is told.
+        // Between the ends of a step an inextensible tendon does not have its commanded length.
         let is_at_ends = rule == Rule::Mean && model.facts().is_one_sided;
         let parts: &[(f64, f64)] = match rule {
             Rule::Mean if is_at_ends || model.facts().varies_in_time => &[(0.0, 0.5), (1.0, 0.5)],
@@ -265,7 +264,7 @@ impl<'a> FlowMeter<'a> {
         Some(meter)
     }
 
-    /// The same for what loads supply alone, recording nothing.
+    /// A meter that only measures the work of loads, and records nothing.
     pub(crate) fn of_supply<M: Model + ?Sized>(model: &mut M, t0: f64, start: [&[f64]; 2]) -> Option<Self> {
         if !model.facts().is_driven {
             return None;
@@ -306,7 +305,7 @@ impl<'a> FlowMeter<'a> {
         Ok(())
     }
 
-    /// Integrates over the part of a step between these fractions of it, in halves if powers swing within it.
+    /// Integrates over the part of a step between these fractions of it, in halves if powers oscillate within it.
     fn over_part<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -327,7 +326,7 @@ impl<'a> FlowMeter<'a> {
             self.largest[kind] = largest;
             let mean: f64 = here().zip(GAUSS).map(|(power, (_, weight))| weight * power).sum();
             let [_, middle, _] = powers;
-            // Nothing resolves powers that are not finite.
+            // Powers that are not finite count as resolved: halving would not help.
             let swings = (mean - middle[kind]).abs() > RESOLVED * largest;
             !swings
         });
@@ -343,8 +342,8 @@ impl<'a> FlowMeter<'a> {
         self.over_part(model, state, [middle, to], halvings - 1)
     }
 
-    /// Records the requested times before the end of a part of a step with these powers at the nodes of Gauss: the flow so far and the
-    /// integral of the polynomial through the powers there and at both ends. At the end this agrees with the formula of Gauss.
+    /// Records the requested times before the end of a part of a step, given the powers at the Gauss nodes: the flow so far plus the
+    /// integral of the polynomial through these powers and those at both ends. At the end this agrees with the Gauss formula.
     fn record_within<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -414,7 +413,7 @@ impl<'a> FlowMeter<'a> {
         self.powers(model, t, [&self.q_between, &self.v_between, &self.a_between])
     }
 
-    /// Adds what these powers make of this time.
+    /// Adds the energies of these powers over this time.
     fn add(&mut self, powers: [f64; 2], time: f64) {
         for (total, power) in self.total.iter_mut().zip(powers) {
             *total += time * power;
@@ -440,12 +439,12 @@ impl<'a> FlowMeter<'a> {
         self.total[1] += work;
     }
 
-    /// The energy that loads have supplied so far at most.
+    /// Upper bound of the energy supplied by loads so far.
     pub(crate) fn supplied(&self) -> f64 {
         self.total[1] + self.uncertain
     }
 
-    /// What goes on from step to step of a meter that records nothing.
+    /// Serialises the data of a meter that records nothing.
     pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         let Self { t, q, v, a, total, uncertain, power, .. } = self;
         [t, uncertain, power].into_iter().for_each(|number| tape.number(number));

@@ -7,17 +7,17 @@ use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, Failure, ROUNDING_OF_STEPS, System};
 use crate::model::Excitation;
 
-/// Steps that end where no motion can be are tried again as often; longer ones may turn what turns too far at once,
-/// and steps can grow tenfold.
+/// Number of times that a step is shortened because its end is invalid, such as a rotation too large for one step. Steps can grow
+/// tenfold at once, so that several attempts may be needed.
 pub(crate) const MOST_UNSOUND: usize = 5;
 
-/// A step must be that many spacings of floating-point numbers long at least (SciPy).
+/// Smallest step, in spacings of floating-point numbers (as in SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
-/// What came of a step that was tried. Factors are those of the size of the next one, or of the same.
+/// Result of an attempted step. The factors give the size of the next step, or of the next attempt.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Tried {
-    /// Its error is as small as was asked for.
+    /// Its error is within the tolerance.
     Good(f64),
     /// Its error is too large.
     Inaccurate(f64),
@@ -25,7 +25,7 @@ pub(crate) enum Tried {
     Unsolved(Failure),
 }
 
-/// Where the way ends, and which sizes steps may have.
+/// End of the integration, and limits of the step size.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sizes {
     pub(crate) t_end: f64,
@@ -36,12 +36,12 @@ pub(crate) struct Sizes {
 
 /// A stepper that estimates the errors of its steps.
 pub(crate) trait Adaptive: Stepper {
-    /// Steps of which nothing else is known are shortened to that part.
+    /// Factor by which a step is shortened that failed without an error estimate.
     const CUT: f64;
-    /// Whether its motion bends within a step, and is judged at the end.
+    /// Whether the motion within a step is curved (looked at in its middle too), and its end is checked.
     const BENDS: bool;
 
-    /// Tries a step to a time, of a size, after another one or not.
+    /// Attempts a step of size `h` to `t_new`; `again` after a failed attempt.
     fn try_step<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -50,14 +50,14 @@ pub(crate) trait Adaptive: Stepper {
         again: bool,
     ) -> Result<Tried, Interrupted>;
 
-    /// The size of the step after one that is made, of the size `h` and `wanted` but for rounding of times.
+    /// The size of the step after an accepted one of size `h`, which equals `wanted` but for rounding of times.
     fn next_size(&mut self, h: f64, wanted: f64, factor: f64) -> f64;
 
     fn counters(&mut self) -> &mut Counters;
 }
 
-/// Makes a step of the size that is wanted, or a shorter one where its equations cannot be solved, its error is too large, or something
-/// is wrong with it. Returns the size of the next one, or why the last one failed that was not too small.
+/// Makes a step of the wanted size, or a shorter one if its equations cannot be solved, its error is too large, or its diagnosis is
+/// not [`Diagnosis::Sound`]. Returns the size of the next step; if steps became too small, the reason of the last failure.
 pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
     stepper: &mut A,
     system: &mut S,
@@ -87,7 +87,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
                     None => Diagnosis::Sound,
                 };
                 if found == Diagnosis::Sound {
-                    // The rest of the way says nothing about the size of the step after it.
+                    // The last step is short because the interval ends, so that it must not shorten the next one.
                     let next = if is_last {
                         wanted.max(stepper.next_size(h, h, factor))
                     } else {

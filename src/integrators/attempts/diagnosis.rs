@@ -1,4 +1,4 @@
-//! What is wrong with the end of a step.
+//! Diagnosis of attempted steps: contacts, stops and impacts that the solver of a step does not see.
 
 use super::impacts::{Impacts, Remedy};
 use crate::error::{Interrupted, Number};
@@ -9,61 +9,61 @@ use crate::model::{
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
 
-/// Steps without memory after one over which a slack tendon has become taut, unless velocities are fitted to it: the first of them
-/// loses the velocity with which it came to the end, and its acceleration is that of a jump.
+/// Number of steps without memory after a step in which a slack tendon became taut, unless velocities were projected: the first
+/// removes the velocity along the tendon, and its acceleration is that of this jump.
 const STEPS_AFTER_STOP: usize = 2;
 
-/// Accelerations that change in a step by more than this part of the largest kinetic energy, as that of the velocity they gain in it, are those
-/// of vibrations that it does not resolve.
+/// A step excites unresolved vibrations if the kinetic energy of `h` times its change of the accelerations exceeds this part of the
+/// largest kinetic energy.
 const EXCITED: f64 = 1e-3;
 
-/// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
-/// what a step without memory does.
+/// Impacts matter if surfaces stay apart for more than this number of steps afterwards. Stopping shorter rebounds loses a height of
+/// at most `2 g dt^2`, four times the error of a step without memory.
 const FLIGHT: f64 = 4.0;
 
-/// Whether impacts matter after which surfaces part so: told by what takes part in them alone, in any frame.
+/// Whether impacts matter with this parting of the surfaces: a criterion that only involves the colliding parts, the same in any frame.
 pub(crate) fn matters(parting: &Parting) -> bool {
     parting.flight > FLIGHT
 }
 
-/// What is wrong with a step that is tried: the first of these.
+/// The first of these problems that an attempted step has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Diagnosis {
-    /// Surfaces or stops act within it, unseen at its ends: bodies that are thrown against a ceiling (`test_contact_passing`), joints
+    /// Contact or a stop acts within the step but not at its ends: bodies thrown against a ceiling (`test_contact_passing`), joints
     /// that swing beyond a stop and back (`test_stops`).
     Missed,
-    /// It does not see an impact rise and fall, which its energy may tell alone
+    /// The step is too long for an impact, sometimes visible only as a gain of energy
     /// (`test_what_meets_within_a_step_does_not_rebound`, `test_stiff_boxes_do_not_gain_energy`).
     Unresolved,
-    /// Its end means nothing: surfaces have sunk into each other (`test_contact_hard`), or rotations are too large to be followed
+    /// The end is invalid: surfaces penetrate each other deeply (`test_contact_hard`), or a rotation is too large for one step
     /// (`test_what_spins_freely_is_followed`).
     Invalid,
-    /// Surfaces have passed through each other, or would have without the push of those that they now touch: balls and thin
+    /// Surfaces have passed through each other, or would have without the contact forces at the end of the step: balls and thin
     /// obstacles (`test_contact_passing`).
     Crossed,
-    /// It ends with twice the energy: bodies push each other out by another side than they entered
+    /// The step about doubles the energy: bodies leave each other through another side than they entered
     /// (`test_stiff_boxes_do_not_gain_energy`).
     Explodes,
     Sound,
 }
 
-/// Which steps are judged.
+/// The kind of an attempted step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
-    /// Of a size that follows from their errors. What bends on the way is looked at in the middle, too; whether the motion at the end
-    /// can be is asked only as long as steps are shortened for that.
+    /// Of adaptive size. If the motion within the step is curved, its middle is examined too. The end is checked only while steps may
+    /// be shortened because of it (`is_judged`).
     Adaptive { bends: bool, is_judged: bool },
     /// Of fixed size, by the scheme of the method.
     WithMemory,
     /// Without inertia, to an equilibrium.
     WithoutInertia,
-    /// By the backward Euler method, which stops what meets.
+    /// By the backward Euler method, in which colliding bodies do not rebound.
     WithoutMemory,
-    /// The same where no shorter step can be made either.
+    /// By the backward Euler method, after shorter steps have failed too.
     Last,
 }
 
-/// The ends of a step that is tried: times, displacements, velocities, and accelerations with multipliers behind them.
+/// Both ends of an attempted step: times, displacements, velocities, and accelerations followed by multipliers.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ends<'a> {
     pub(crate) t: [f64; 2],
@@ -85,7 +85,7 @@ impl<'a> Ends<'a> {
         [self.q[1], self.v[1], &self.a[1][..self.q[1].len()]]
     }
 
-    /// Straight from the start to another shape at the end.
+    /// The straight path from the start to the displacements `q` at the end.
     fn way<'b>(&self, q: &'b [f64]) -> impl Iterator<Item = (f64, &'b [f64])>
     where
         'a: 'b,
@@ -128,7 +128,7 @@ pub(crate) struct Unilateral {
 }
 
 impl Unilateral {
-    /// The first thing that is wrong with a step. What it touches is asked of the model as it was evaluated last, by the step itself.
+    /// The first problem of a step. Whether surfaces touch is taken from the last evaluation of the model, by the step itself.
     pub(crate) fn diagnose<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -190,7 +190,8 @@ impl Unilateral {
         have_missed(model, &[start, middle, end], ends.v, &mut self.memory)
     }
 
-    /// Whether surfaces that touch now would have passed if nothing had acted: they might have been pushed aside.
+    /// Whether surfaces that touch at the end would have passed through each other without contact forces, which may have pushed
+    /// them aside.
     fn would_have_tunnelled<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -202,7 +203,7 @@ impl Unilateral {
         have_tunnelled(model, ends.way(&self.place), Radius::Larger)
     }
 
-    /// Whether an impact in the step is too hard for it.
+    /// Whether the step is too long for an impact in it.
     pub(super) fn is_unresolved<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -233,8 +234,8 @@ impl Unilateral {
         Ok(model.gains_energy(ends.before(), ends.after(), ends.h, beside))
     }
 
-    /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
-    /// velocities can bear.
+    /// Whether a step after resolved impacts excites vibrations that it does not resolve: its change of the accelerations is too large
+    /// compared with the velocities ([`EXCITED`]).
     pub(super) fn is_excited<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -248,7 +249,7 @@ impl Unilateral {
         Ok(of_change > EXCITED * kinetic.max(self.impacts.largest_kinetic()))
     }
 
-    /// Takes note of what an accepted step has lost where surfaces touch at one of its ends.
+    /// Records the energy lost in an accepted step at one of whose ends surfaces touch.
     pub(super) fn follow_impact<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -264,7 +265,7 @@ impl Unilateral {
         };
         let after = holding(model, ends.t[1], motions[1])?;
         if let (Some(before), Some(after)) = (&before, &after) {
-            // Where surfaces touch tells what takes part.
+            // The parts that take part are found at an end at which surfaces touch.
             self.pressed.find(model, motions[usize::from(self.will_touch)]);
             let states = motions.map(|[q, v, _]| [q, v]);
             let kinetic = [(states[0], before), (states[1], after)]
@@ -277,12 +278,12 @@ impl Unilateral {
         Ok(())
     }
 
-    /// A slack tendon becomes taut over the next step, which is without memory, as those after it.
+    /// A slack tendon becomes taut in the next step, which, like those after it, is made without memory.
     pub(crate) fn stop(&mut self) {
         self.unsettled = STEPS_AFTER_STOP + 1;
     }
 
-    /// Velocities are fitted to what is taut: only an impact of surfaces may have left something.
+    /// Velocities were projected onto the taut tendons: at most one step without memory remains, and only with contact.
     pub(crate) fn go_on(&mut self, has_contact: bool) {
         self.unsettled = self.unsettled.min(usize::from(has_contact));
     }
@@ -317,25 +318,25 @@ impl Unilateral {
         Ok(())
     }
 
-    /// How what has met in the last step of fixed size would part again.
+    /// How the surfaces that met in the last step of fixed size would part again.
     pub(crate) fn parting(&self) -> Parting {
         self.parting
     }
 
-    /// Whether what the last step has stopped is a loss: where steps are made once more, what does not matter is none.
+    /// Whether the energy of impacts that the last step has stopped counts as lost: not if impacts are resolved and these do not matter.
     pub(super) fn counts(&self) -> bool {
         !self.resolves || matters(&self.parting)
     }
 
-    /// The last step was made once more and has lost nothing. Accelerations of vibrations that steps do not resolve would feed the next
-    /// one energy, which is then without memory.
+    /// The last step was repeated with resolved impacts and has lost nothing. Accelerations of unresolved vibrations would add energy in
+    /// the next step, which is therefore made without memory if it is [excited](Self::is_excited).
     pub(crate) fn resolve(&mut self, touches: bool) {
         self.impacts = self.impacts.without_losses_since(&self.impacts_before);
         (self.unsettled, self.resumes, self.touches) = (1, true, touches);
         self.forget();
     }
 
-    /// Whether the step without inertia to this time ends in an unstable equilibrium.
+    /// Records whether the step without inertia to this time ends in a stable equilibrium.
     pub(crate) fn note_stability(&mut self, t: f64, is_stable: bool) {
         if is_stable {
             self.unstable_from = None;
@@ -344,7 +345,7 @@ impl Unilateral {
         }
     }
 
-    /// The shape has snapped to another one in the step to this time.
+    /// Records that the shape has snapped to another one in the step to this time.
     pub(crate) fn note_snap(&mut self, t: f64) {
         if self.snaps == 0 {
             self.first_snap = t;
@@ -352,7 +353,7 @@ impl Unilateral {
         self.snaps += 1;
     }
 
-    /// Why the motion in steps of such a size may be wrong although all were made.
+    /// Why the motion in steps of this size may be wrong although all steps were made.
     pub(crate) fn doubt(&self, dt: f64, remedy: Remedy) -> Option<String> {
         if self.snaps > 0 {
             let (steps, first) = (self.snaps, Number(self.first_snap));
@@ -372,14 +373,14 @@ impl Unilateral {
         self.impacts.doubt(dt, remedy)
     }
 
-    /// What goes on from step to step without inertia, beside the rest.
+    /// Serialises additional data of steps without inertia.
     pub(crate) fn serialise_snaps(&mut self, tape: &mut Tape<'_>) {
         tape.count(&mut self.snaps);
         tape.number(&mut self.first_snap);
         tape.optional(&mut self.unstable_from, 0.0, Tape::number);
     }
 
-    /// What goes on from step to step.
+    /// Serialises all data that persist from step to step.
     pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
         tape.flag(&mut self.touches);
@@ -388,8 +389,8 @@ impl Unilateral {
     }
 }
 
-/// What such a motion has; `None` where something dissipates, which steps of an impact tell badly, and where what moves it from
-/// outside is known at single times alone.
+/// Energies and supplied power of a state; `None` for models with dissipation, which is inaccurate within impacts, and for models
+/// whose base or loads vary in time, whose power is known at single times only.
 fn holding<M: Model + ?Sized>(
     model: &mut M,
     t: f64,

@@ -6,42 +6,42 @@ use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
 use crate::model::{InContact, InImpact};
 
-/// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
+/// Maximum number of halvings of a step with contact or constraints that fails.
 const MOST_HALVINGS: usize = 8;
 
-/// The same for a step without inertia in which a shape snaps: 1/16384 of a step of a second is short against the time that takes.
+/// The same for a step without inertia in which a shape snaps: 1/16384 of a step of one second is short compared with the snap.
 const MOST_HALVINGS_OF_SNAPS: usize = 14;
 
-/// What a step knows of those before it.
+/// What a step uses of the steps before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Memory {
     Kept,
-    /// Nothing: of order 1, it stops what meets.
+    /// Nothing: a backward Euler step of order 1, in which colliding bodies do not rebound.
     Dropped,
 }
 
-/// A stepper whose steps have the size that they are given.
+/// A stepper with steps of prescribed size.
 pub(crate) trait Fixed: Stepper + Clone {
-    /// Whether its systems are plain: there is nothing to look at.
+    /// Whether its systems are plain equations, without contact, stops and constraints, so that steps need no diagnosis.
     const IS_PLAIN: bool;
 
     /// Whether accelerations act.
     fn has_inertia(&self) -> bool;
 
-    /// Tries a step to a time, of a size.
+    /// Attempts a step of size `h` to `t_new`.
     fn try_step<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64, memory: Memory) -> Solved;
 
-    /// Parts of a step follow, whose sizes differ.
+    /// Announces parts of a step, of different sizes.
     fn begin_parts(&mut self);
 
-    /// The step that began in `start` is at its end, one step to the outside. Where it could not be made the state is as before.
+    /// Joins the parts into one step that began in `start`. If it could not be made, restores that state.
     fn end_parts(&mut self, start: Self, is_made: bool);
 
-    /// What is known of the equations is of another step.
+    /// Marks tangents and factors as those of another step.
     fn forget(&mut self);
 }
 
-/// Makes a step, without memory or in parts where it must be. Allocates where it is made in parts.
+/// Makes a step; without memory, or in parts, if necessary. Allocates if it is made in parts.
 pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
     stepper: &mut T,
     system: &mut S,
@@ -61,7 +61,7 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
         return ladder.step(t_new, h);
     }
     match ladder.part(t_new, h, Memory::Kept)? {
-        // Mechanisms that come near a singular position, such as a rope that cracks, may take shorter steps there (`test_loops`).
+        // Near singular positions, such as those of a cracking whip, mechanisms may need shorter steps (`test_loops`).
         Err(failure) if has_constraints => {
             Ok(ladder.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.map_err(|_| failure))
         }
@@ -75,10 +75,10 @@ struct Ladder<'a, T, S: ?Sized> {
 }
 
 impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
-    /// A step at whose end surfaces may have met.
+    /// A step in which surfaces may meet.
     fn step(&mut self, t_new: f64, h: f64) -> Solved {
-        // 1. As it is. Where it does not see an impact rise and fall, its end is stiff and its beginning is not: what the scheme
-        // remembers of the accelerations would throw the surfaces apart faster than they came (Acary 2015).
+        // 1. By the scheme of the method. If the step is too long for an impact, it is rejected: the accelerations that the scheme
+        // remembers would throw the surfaces apart faster than they approached (Acary 2015).
         let resumes = self.unilateral().resumes;
         if (self.unilateral().unsettled == 0 || resumes)
             && self.try_step(t_new, h, Memory::Kept)?.is_ok()
@@ -93,19 +93,19 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             return Ok(Ok(()));
         }
         self.unilateral().forget();
-        // 2. Without memory, as the next one then: what meets in it does not rebound
+        // 2. Without memory, like the next step then: colliding bodies do not rebound
         // (`test_what_meets_within_a_step_does_not_rebound`).
         if self.part(t_new, h, Memory::Dropped)?.is_ok() {
             return Ok(Ok(()));
         }
-        // 3. In parts: the shorter a step, the more what moves outweighs what presses. Rods that are wedged in and steep
-        // friction need that (`test_contact_hard`), and what would pass through each other (`test_contact_passing`).
+        // 3. In parts: the shorter a step, the more inertia dominates over contact stiffness. Wedged rods and steep friction need
+        // that (`test_contact_hard`), and so do surfaces that would pass through each other (`test_contact_passing`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS)?.is_ok() {
             let unilateral = self.unilateral();
             unilateral.unsettled = unilateral.unsettled.max(1);
             return Ok(Ok(()));
         }
-        // 4. The whole step without memory: one that is invalid whatever its size says why (`sunk`, `unresolved`).
+        // 4. The whole step without memory: if its end is invalid for any size, the run reports why (`sunk`, `unresolved`).
         let solved = self.try_step(t_new, h, Memory::Dropped)?;
         if solved.is_ok() {
             let (ends, unilateral) = self.stepper.tried();
@@ -118,16 +118,17 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         Ok(solved)
     }
 
-    /// A step to an equilibrium: what meets in it has no energy. Shorter ones change less, and damping and friction hold more in them.
+    /// A step without inertia, to an equilibrium, so that impacts have no energy. In shorter steps loads change less, and damping and
+    /// friction resist more.
     fn step_without_inertia(&mut self, t_new: f64, h: f64) -> Solved {
-        // 1. To the equilibrium that is near.
+        // 1. To the nearby equilibrium.
         let Err(failure) = self.part(t_new, h, Memory::Kept)? else { return Ok(Ok(())) };
         // 2. In parts.
         if self.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.is_ok() {
             return Ok(Ok(()));
         }
-        // 3. Where there is none the shape snaps to another one, or falls until something holds it: with inertia, which the backward Euler method takes the energy out of
-        // (`test_static_friction_lets_go`, `test_what_snaps_goes_over_to_the_next_equilibrium`).
+        // 3. If there is none, the shape snaps to another one, or falls until something holds it: parts with inertia, by the backward
+        // Euler method, which removes the energy (`test_static_friction_lets_go`, `test_what_snaps_goes_over_to_the_next_equilibrium`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS_OF_SNAPS)?.is_ok() {
             self.unilateral().note_snap(t_new);
             return Ok(Ok(()));
@@ -139,7 +140,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         self.stepper.tried().1
     }
 
-    /// Tries a step, and takes note of whether surfaces touch on the way to its solution.
+    /// Attempts a step, and records whether surfaces touch in any iterate of its solution.
     fn try_step(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
         let has_contact = !T::IS_PLAIN && self.system.facts().has_contact;
         if has_contact {
@@ -167,7 +168,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         unilateral.diagnose(model_of(self.system), &ends, kind)
     }
 
-    /// Makes a step, or a part of one. Without memory it must be sound.
+    /// Makes a step, or a part of one. Steps without memory or without inertia must be sound.
     fn part(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
         if let Err(failure) = self.try_step(t_new, h, memory)? {
             return Ok(Err(failure));
@@ -187,7 +188,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         Ok(Ok(()))
     }
 
-    /// Makes a step that may have stopped what meets.
+    /// Accepts a step without memory, which may have stopped an impact.
     fn accept_without_memory(&mut self) -> Result<(), Interrupted> {
         let (ends, unilateral) = self.stepper.tried();
         let model = model_of(self.system);
@@ -204,7 +205,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
                 unilateral.impacts.count(t, &impact);
             }
         } else {
-            // Surfaces that let go have still pressed each other at its start.
+            // Surfaces that separate have still touched at its start.
             unilateral.follow_impact(model, &ends)?;
         }
         self.accept()
@@ -218,7 +219,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         Ok(())
     }
 
-    /// The step in halves, and in halves of those that cannot be made either.
+    /// Makes the step in halves, and halves again those that fail.
     fn in_parts(&mut self, t_new: f64, memory: Memory, halvings: usize) -> Solved {
         let start = self.stepper.clone();
         self.stepper.begin_parts();

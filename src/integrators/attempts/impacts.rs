@@ -1,53 +1,52 @@
-//! Impacts that fixed steps have not resolved: what these would have given back is lost, at once where a step stops what meets,
-//! and bit by bit where a few steps see too little of how forces rise and fall.
+//! Energy that fixed steps lose in impacts which they do not resolve: all at once if a step stops an impact, or gradually if only a
+//! few steps sample the rise and fall of contact forces.
 
 use crate::error::Number;
 use crate::model::Impact;
 use crate::numerics::tape::Tape;
 
-/// Losses of more than this part of the largest kinetic energy cause a doubt. What stops at once loses all of it; a rod that comes to
-/// lie on a floor meets it bit by bit and loses a tenth.
+/// Losses of more than this part of the largest kinetic energy cause a warning. A body that stops at once loses all of it; a rod that
+/// gradually comes to lie on a floor loses a tenth.
 const LOSS: f64 = 0.25;
 
-/// So do losses of this part where nothing dissipates, which nothing explains. A ball that seven steps push back has two hundredths of
-/// its energy less, or more.
+/// The same for models without dissipation, where nothing explains a loss. A ball that rebounds in seven steps loses or gains 2 % of
+/// its energy.
 const UNEXPLAINED: f64 = 0.06;
 
-/// Both do if they exceed this part of the elastic energy too: what is pressed slowly has hardly any kinetic energy to lose.
+/// Losses must also exceed this part of the elastic energy: slowly pressed bodies have hardly any kinetic energy to lose.
 const AT_REST: f64 = 0.1;
 
-/// What loses energy in a few steps keeps it in steps of that part.
+/// Recommended step relative to the current one if an impact takes only a few steps.
 const SHORTER: f64 = 0.25;
 
-/// What can be done about impacts that steps have stopped.
+/// What users can do about impacts that steps have stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Remedy {
-    /// Fixed steps can resolve them.
+    /// Ask for resolved impacts.
     Resolve,
-    /// They do, but not with more work.
+    /// Impacts are resolved already, up to a limit of work.
     Bounded,
-    /// Only shorter steps or another method.
+    /// Shorter steps or another method.
     Shorten,
 }
 
 /// The impacts of a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Impacts {
-    /// Energy that resolved impacts would have given back, in joules: of all, and of the worst one.
+    /// Energy in joules that the stopped impacts would have given back: of all, and of the worst one.
     lost: f64,
     worst: f64,
-    /// When that was, the contact it was in, and the steps that would have resolved it.
+    /// Time and contact of the worst impact, and the longest step that would have resolved it.
     at: f64,
     contact: usize,
     longest: f64,
-    /// The largest kinetic energy of what takes part in an impact, and the largest elastic one at impacts.
+    /// The largest kinetic energy of colliding parts, and the largest elastic energy at impacts.
     kinetic: f64,
     elastic: f64,
-    /// Energy that other steps have lost where surfaces touch and nothing took it, so far and at most: in an impact it falls and
-    /// rises.
+    /// Energy that other steps with contact have lost without a cause, now and at most: within an impact it falls and rises.
     missing: f64,
     most_missing: f64,
-    /// Whether that is known, as nothing dissipates.
+    /// Whether that is known, because the model has no dissipation.
     is_known: bool,
 }
 
@@ -55,7 +54,7 @@ impl Impacts {
     pub(super) fn count(&mut self, t: f64, impact: &Impact) {
         self.kinetic = self.kinetic.max(impact.kinetic);
         self.elastic = self.elastic.max(impact.elastic);
-        // Only what moved can rebound: what is pressed slowly loses energy to friction and bases.
+        // At most the kinetic energy can be given back: slowly pressed bodies lose energy to friction and bases.
         let lost = impact.lost.min(impact.kinetic);
         self.lost += lost;
         if lost > self.worst {
@@ -64,8 +63,8 @@ impl Impacts {
         }
     }
 
-    /// Takes note of what a step has lost at one of whose ends surfaces touch, unless it stops what meets, of the kinetic energy of what
-    /// they press, and of the elastic one.
+    /// Records the energy lost in a step with contact at one of its ends that has not stopped an impact, with the kinetic energy of the
+    /// touching parts and the elastic energy.
     pub(super) fn follow(&mut self, lost: f64, kinetic: f64, elastic: f64) {
         self.kinetic = self.kinetic.max(kinetic);
         self.elastic = self.elastic.max(elastic);
@@ -74,17 +73,17 @@ impl Impacts {
         self.most_missing = self.most_missing.max(self.missing);
     }
 
-    /// The largest kinetic energy of what takes part in an impact so far.
+    /// The largest kinetic energy of colliding parts so far.
     pub(super) fn largest_kinetic(&self) -> f64 {
         self.kinetic
     }
 
-    /// As before these losses, but for the sizes to which losses are compared.
+    /// The losses of an earlier time, with the current energies to which losses are compared.
     pub(super) fn without_losses_since(&self, before: &Self) -> Self {
         Self { kinetic: self.kinetic, elastic: self.elastic, ..*before }
     }
 
-    /// Why a motion with steps of this size may be wrong, if they have lost much.
+    /// Why a motion with steps of this size may be wrong, if much energy was lost.
     pub(super) fn doubt(&self, dt: f64, remedy: Remedy) -> Option<String> {
         let &Self { lost, worst, at, contact, longest, kinetic, elastic, missing, most_missing, is_known } =
             self;
@@ -139,7 +138,7 @@ impl Impacts {
     }
 }
 
-/// With four digits.
+/// A number of joules with four digits.
 fn energy(joules: f64) -> String {
     if (0.1..1e4).contains(&joules) { format!("{joules:.3}") } else { format!("{joules:.3e}") }
 }

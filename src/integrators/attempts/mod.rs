@@ -1,8 +1,8 @@
-//! Steps that are tried, judged, and then made or made shorter: once for all methods.
+//! Attempted steps, their diagnosis, and what is done about it, for all methods.
 //!
-//! Steppers know smooth equations of motion with constraints. They try a step, accept what they have tried, and try again without what
-//! they remember, or a shorter step. What acts one way only (surfaces, stops, tendons) is looked at here, at the end of the step
-//! that is tried. The first [`Diagnosis`] in this order decides:
+//! Steppers solve smooth equations of motion with constraints. They attempt a step, and accept it or repeat it without memory of
+//! earlier steps or with a smaller size. One-sided forces (contact, stops, tendons) are examined here, at the end of the attempted step.
+//! The first [`Diagnosis`] in this order decides:
 //!
 //! | diagnosis | fixed steps | adaptive steps |
 //! |---|---|---|
@@ -14,11 +14,11 @@
 //! | [explodes](Diagnosis::Explodes) | halves | – |
 //! | sound | made | made |
 //!
-//! Fixed steps without inertia have a ladder of their own: to the equilibrium that is near; in parts; and where there is none with inertia, in
-//! parts, by the backward Euler method. Of these only whether their ends are invalid or surfaces have crossed is asked.
+//! Fixed steps without inertia have a sequence of their own: to the nearby equilibrium; in parts; and, if there is none, in parts with
+//! inertia by the backward Euler method. They are only examined for invalid ends and crossed surfaces.
 //!
-//! Fixed steps ask the last of those without memory, and whether an impact is resolved of those with memory. Of adaptive steps of the
-//! Newmark family only what they have missed is asked: their error estimate sees the rest.
+//! Of fixed steps, only those without memory are examined for explosions, and only those with memory for unresolved impacts. Adaptive
+//! steps of the Newmark family are only examined for missed contacts: their error estimate detects the rest.
 
 mod adaptive;
 mod diagnosis;
@@ -35,9 +35,9 @@ use crate::integrators::second_order::System;
 
 /// A stepper of smooth equations of motion with constraints.
 pub(crate) trait Stepper {
-    /// The step that was tried last, and what is known of what acts one way only.
+    /// The last attempted step, and the state of the one-sided forces.
     fn tried(&mut self) -> (Ends<'_>, &mut Unilateral);
 
-    /// Makes the step that was tried last.
+    /// Accepts the last attempted step.
     fn accept<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted>;
 }

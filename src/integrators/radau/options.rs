@@ -48,7 +48,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Checks the options together with the problem that they are for; returns the tolerances of the 2n numbers.
+    /// Checks the options for a problem; returns the tolerances of the 2n numbers.
     pub(super) fn check(
         &self,
         n: usize,

@@ -15,33 +15,33 @@ use crate::model::{Facts, Tied};
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
 use crate::numerics::tape::Tape;
 
-/// Allowed error of the iteration, relative to the tolerances, where dry friction acts. Errors of velocities beyond the small one at
-/// which friction changes its side make wrong accelerations, which the next step extrapolates: its iteration does not converge.
+/// Allowed error of the iteration, relative to the tolerances, with dry friction. Errors of velocities larger than the smoothing
+/// velocity of friction cause wrong accelerations; extrapolated to the next step, they prevent convergence.
 const WITH_FRICTION: f64 = 1e-5;
 
-/// So many steps begin with the tangents of each stage after one that needed them.
+/// Number of steps that begin with the tangents of each stage after a step that needed them.
 const STEPS_BY_STAGE: u32 = 16;
 
 /// Gaps below this are rounding: metres, or differences of cosines.
 const CLOSED: f64 = 1e-15;
 
-/// A step that leaves one above this has not closed its loops.
+/// A step that leaves a larger gap has failed to close its loops.
 const OPEN: f64 = 1e-9;
 
-/// Corrections of displacements, and of velocities, that are smaller than this many times what rounding of the gaps does to them
-/// are rounding: in as many patterns of signs, since one may hide the effect.
+/// Corrections smaller than this many times the effect of rounding errors of the gaps are rounding. The effect is computed for
+/// [`PATTERNS`] patterns of signs, because it may cancel in one.
 const ROUNDING_NOISE: f64 = 32.0;
 const PATTERNS: usize = 2;
 
-/// A correction of this part of what is tolerated is believed without a rate: near rounding there is none.
+/// A correction below this part of the tolerance ends the iteration without a convergence rate: near rounding there is none.
 const NEGLIGIBLE: f64 = 0.03;
 
-/// Corrections of displacements at most, of which one that leaves more than this part of the gaps is the last.
+/// Maximum number of corrections of displacements; they end when one leaves more than `LEAST_PROGRESS` of the gaps.
 const MOST_CORRECTIONS: usize = 10;
 const LEAST_PROGRESS: f64 = 0.5;
 
-/// Corrections of velocities that are larger, in typical sizes of the coordinates a second, are no errors of a step: the length that a
-/// tendon is told jumps, of which a function's rate tells nothing.
+/// Larger corrections of velocities, in typical sizes of the coordinates per second, are no errors of a step: the commanded length of a
+/// tendon jumps, which the rate of the function does not show.
 const SWIFT: f64 = 10.0;
 
 /// The state from which a step starts.
@@ -54,27 +54,27 @@ pub(super) struct Start<'a> {
     pub(super) a: &'a [f64],
 }
 
-/// The stages with their memory.
+/// The stages of a step, with all memory of their solution.
 #[derive(Clone, Debug)]
 pub(super) struct Stages {
     n: usize,
     /// Number of unknowns of a stage: accelerations, and multipliers of constraints.
     unknowns: usize,
     newton_tolerance: f64,
-    /// Whether errors that may be rounding of gaps are errors of a step.
+    /// Whether errors that may be rounding of gaps count as errors of a step.
     rounding_counts: bool,
     /// dr/dq, dr/dv and dr/da.
     tangents: [Matrix; 3],
-    /// The derivative of the constraints.
+    /// The Jacobian of the constraints.
     constraints: Matrix,
     tangents_are_current: bool,
     systems: Systems,
-    /// What the real matrix would be with the tangents of each stage, and how many steps are to begin with that. Not where
-    /// there are constraints: near singular positions those of single stages say little.
+    /// The real matrix with the tangents of each stage, and the number of steps that are still to begin with these. Not used with
+    /// constraints: near singular positions the tangents of single stages are not representative.
     stage_matrix: Matrix,
     stage_systems: [Lu; STAGES],
     steps_by_stage: u32,
-    /// One vector.
+    /// Work memory: one vector of unknowns.
     scratch: Vec<f64>,
     /// Unknowns of the stages one after the other, like `w`, the same in the basis of the eigenvectors.
     pub(super) a: Vec<f64>,
@@ -84,11 +84,11 @@ pub(super) struct Stages {
     da: Vec<f64>,
     /// Corrections of displacements and velocities of each stage, 2n numbers each.
     dy: Vec<f64>,
-    /// What makes the end of a step fit the constraints, where there are any.
+    /// System of the projection onto the constraints at the end of a step, if there are any.
     fitting: Option<Box<Saddle>>,
-    /// Whether that is of the state from which the step starts, with the mass there.
+    /// Whether this system belongs to the start of the step, with the mass matrix there.
     fitting_is_of_start: bool,
-    /// Sizes of displacements that count as large, and what rounding of gaps does to displacements.
+    /// Typical sizes of displacements, and their errors due to rounding of gaps.
     sizes: Vec<f64>,
     noise: Vec<f64>,
     /// Displacements and velocities of one stage; those at the end of the step when it is solved.
@@ -99,7 +99,7 @@ pub(super) struct Stages {
     /// Size of the last step, where it can be continued, and its stages.
     last_size: Option<f64>,
     last: Vec<f64>,
-    /// Whether that step is taken back: the next one begins where it did.
+    /// Whether the last step was taken back, so that the next one begins where it did.
     last_is_taken_back: bool,
     /// Error of displacements and velocities.
     error: Vec<f64>,
@@ -114,7 +114,7 @@ impl Stages {
         stages
     }
 
-    /// Memory for `n` coordinates and so many constraints; `rtol` is the smallest relative tolerance.
+    /// Memory for `n` coordinates and this number of constraints; `rtol` is the smallest relative tolerance.
     pub(super) fn new(n: usize, constraints: usize, rtol: f64) -> Self {
         let square = || Matrix::zeros(n, n);
         let unknowns = n + constraints;
@@ -154,8 +154,8 @@ impl Stages {
         }
     }
 
-    /// Makes the iteration as accurate as dry friction needs it, and says whether rounding of gaps counts as an error. Where
-    /// tendons become taut it does: short steps at a length that jumps are known by it.
+    /// Sets the accuracy of the iteration, which dry friction increases, and whether rounding of gaps counts as an error. With tendons
+    /// that can become taut it does: it detects lengths that jump in short steps.
     pub(super) fn follow(&mut self, facts: &Facts) {
         if facts.has_dry_friction {
             self.newton_tolerance = self.newton_tolerance.min(WITH_FRICTION);
@@ -163,7 +163,7 @@ impl Stages {
         self.rounding_counts = facts.is_one_sided;
     }
 
-    /// How many unknowns of a stage there are.
+    /// Number of unknowns of a stage.
     pub(super) fn unknowns(&self) -> usize {
         self.unknowns
     }
@@ -205,22 +205,22 @@ impl Stages {
         system.factorise().map(|()| system)
     }
 
-    /// True while steps begin with the tangents of each stage, beside which those at the start may be old.
+    /// True while steps begin with the tangents of each stage; those at the start may then be old.
     pub(super) fn have_own_tangents(&self) -> bool {
         self.steps_by_stage > 0
     }
 
-    /// Tangents belong to an earlier step from now on.
+    /// Marks the tangents as those of an earlier step.
     pub(super) fn forget_start(&mut self) {
         self.tangents_are_current = false;
     }
 
-    /// Solves for the stages of a step of size `h`. On success `a`, and `q`, `v` at the end of the step, are those of
-    /// the step.
+    /// Solves for the stages of a step of size `h`. On success `a` contains the accelerations of the stages, and `q`, `v` the state at
+    /// the end of the step.
     ///
-    /// Where the iteration does not converge, the masses have often changed within the step (those of torsion do by
-    /// orders of magnitude as a rod bends). It is tried again with the tangents of each stage in place of those at
-    /// one state, then with fresh ones there.
+    /// If the iteration does not converge, the mass matrix has often changed within the step (the inertia of torsion changes by
+    /// orders of magnitude as a rod bends). It is then repeated with the tangents of each stage instead of those at
+    /// one state, and finally with new ones at this state.
     pub(super) fn solve<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -254,9 +254,9 @@ impl Stages {
         }
     }
 
-    /// `W_i = M + (h / mu) C + (h / mu)^2 K` with the tangents of each stage as it is predicted. Multiplied by
+    /// Factorises `W_i = M + (h / mu) C + (h / mu)^2 K` with the tangents of each stage as predicted. Multiplied by
     /// `W W_i^-1`, with the W at the start of the step, the equations of a stage get the tangents that the iteration
-    /// assumes: for slow motions, which the masses govern, and for stiff ones.
+    /// assumes, both for slow motions, which the mass dominates, and for stiff ones.
     fn factorise_stages<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -290,8 +290,8 @@ impl Stages {
         Ok(())
     }
 
-    /// What rounding of the gaps does to displacements: little, unless constraints are near to a singular position. Velocities
-    /// change by the same over the size of the step, which is why an iteration must not ask for less.
+    /// Errors of displacements due to rounding of the gaps: small, except near singular positions. Velocities have these
+    /// errors divided by the step size, and no iteration can be more accurate.
     fn find_noise(&mut self, h: f64, q: &[f64]) {
         let (n, x) = (self.n, h / MU_REAL);
         let Self { noise, sizes, constraints, systems, scratch, .. } = self;
@@ -330,7 +330,7 @@ impl Stages {
             counters.newton_iterations += 1;
             for (stage, c) in C.into_iter().enumerate() {
                 self.move_to_stage(start, h, stage);
-                // Rounding must not carry the last stage beyond the end of the interval.
+                // Rounding must not move the last stage beyond the end of the interval.
                 let t = if stage + 1 == STAGES { t_new } else { start.t + c * h };
                 let here = stage * unknowns..(stage + 1) * unknowns;
                 let (a, residual) = (&self.a[here.clone()], &mut self.residual[here]);
@@ -371,8 +371,8 @@ impl Stages {
         }
     }
 
-    /// The gaps of the stages as accelerations: what moves them by as much. The constraints then have the derivative G,
-    /// whatever the size of the step (Bottasso, Dopico and Trainelli 2008).
+    /// Scales the gaps of the stages to the accelerations that would close them. The constraints then have the Jacobian G
+    /// for any step size (Bottasso, Dopico and Trainelli 2008).
     fn scale_gaps(&mut self, h: f64) {
         let (n, unknowns) = (self.n, self.unknowns);
         for i in n..unknowns {
@@ -384,8 +384,8 @@ impl Stages {
         }
     }
 
-    /// First guess of the unknowns: the polynomial through those of the last step, continued. Multipliers of constraints
-    /// that others determine are zero.
+    /// First guess of the unknowns: extrapolation of the polynomial through those of the last step. Multipliers of dependent
+    /// constraints are zero.
     fn predict(&mut self, start: &Start<'_>, h: f64) {
         let unknowns = self.unknowns;
         let (last_h, last) = (self.last_size, &self.last);
@@ -418,7 +418,7 @@ impl Stages {
         }
     }
 
-    /// What the correction `da` does to displacements and velocities of the stages, relative to the tolerances.
+    /// Norm of the change of displacements and velocities of the stages by the correction `da`, relative to the tolerances.
     fn size_of_correction(&mut self, h: f64, scale: &[f64]) -> f64 {
         let (n, unknowns) = (self.n, self.unknowns);
         for (stage, dy) in self.dy.chunks_exact_mut(2 * n).enumerate() {
@@ -436,7 +436,7 @@ impl Stages {
         norm_of_stages(&self.dy, scale)
     }
 
-    /// The size of a correction without what may be rounding of the gaps.
+    /// The same without changes that may be rounding of the gaps.
     fn without_rounding(&mut self, h: f64, scale: &[f64]) -> f64 {
         let x = h / MU_REAL;
         for dy in self.dy.chunks_exact_mut(2 * self.n) {
@@ -449,8 +449,8 @@ impl Stages {
 
     /// The estimated error of the step relative to `scale` (Hairer and Wanner 1996, eqs. IV.8.19 and IV.8.20).
     ///
-    /// Of first order it reads `(mu / h - J) e = f(y0) + sum E_i z_i / h`. With e = (e_q, e_v), multiplied by the
-    /// mass matrix and with e_v eliminated, it takes the real matrix of the step.
+    /// For systems of first order it is `(mu / h - J) e = f(y0) + sum E_i z_i / h`. With e = (e_q, e_v), multiplied by the
+    /// mass matrix and with e_v eliminated, this becomes a system with the real matrix of the step.
     pub(super) fn error<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -486,7 +486,7 @@ impl Stages {
             let (residual, other) = self.residual.split_at_mut(unknowns);
             system.residual(start.t, &self.q, &self.v, start.a, residual)?;
             if unknowns > n {
-                // Those that fit the constraints leave one at the start.
+                // Projected accelerations leave a residual at the start.
                 counters.nfev += 1;
                 system.residual(start.t, start.q, start.v, start.a, &mut other[..unknowns])?;
                 residual.iter_mut().zip(other).for_each(|(residual, at_start)| *residual -= *at_start);
@@ -498,8 +498,7 @@ impl Stages {
         Ok(size)
     }
 
-    /// `error` from the g of displacements and velocities in `work`, where the accelerations at the start leave a
-    /// residual.
+    /// Computes `error` from g of displacements and velocities in `work`, and the residual of the accelerations at the start.
     fn filter(&mut self, h: f64) {
         if self.unknowns > self.n {
             return self.filter_with_constraints(h);
@@ -526,9 +525,9 @@ impl Stages {
         }
     }
 
-    /// The same of errors that keep to the constraints, `G e_q = 0` and `G e_v = 0`: what leaves them is corrected at the
-    /// end of the step, of velocities it is of lower order, and rounding of the gaps is in it over the square of h. It is
-    /// taken off before, as an impulse would. `e_v` comes from the same equations with e_q eliminated.
+    /// The same for errors that satisfy the constraints, `G e_q = 0` and `G e_v = 0`. Components that violate them are corrected at the
+    /// end of the step; those of velocities are of lower order, and contain rounding of the gaps over the square of h. They are
+    /// removed first, by a projection. `e_v` follows from the same equations with e_q eliminated.
     fn filter_with_constraints(&mut self, h: f64) {
         let n = self.n;
         let x = h / MU_REAL;
@@ -565,8 +564,8 @@ impl Stages {
         }
     }
 
-    /// Finds the mass and the constraints at the start of a step, with the factors of both, where the last step has not left
-    /// them. Without them errors are not projected.
+    /// Evaluates and factorises the system of mass matrix and constraints at the start of a step, unless the last step has left it. If
+    /// this fails, errors are not projected.
     fn find_fitting<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -583,12 +582,12 @@ impl Stages {
         Ok(())
     }
 
-    /// Makes the end of a step of size `h` fit the constraints: displacements, to rounding, velocities and accelerations, which
-    /// the stages leave to lower orders. False where the loops stay open.
+    /// Projects the end of a step of size `h` onto the constraints: displacements to rounding, and velocities and accelerations, which
+    /// satisfy them only to lower order at the stages. False if loops stay open.
     ///
-    /// Displacements are moved as the step would, by less than it tolerates, so that stiff springs stay at rest. Velocities are
-    /// corrected by an impulse, in the metric of the mass at the end: the directions that the constraints leave free are of
-    /// full order only with that (Hairer, Lubich and Roche 1989, theorem 6.4).
+    /// Displacements are projected with the matrix of the step, by less than its tolerance, so that stiff springs stay relaxed.
+    /// Velocities are projected in the metric of the mass matrix at the end: only then are their free components of full order
+    /// (Hairer, Lubich and Roche 1989, theorem 6.4).
     pub(super) fn fit<S: System + ?Sized>(
         &mut self,
         system: &mut S,
@@ -628,7 +627,7 @@ impl Stages {
         if fitting.factorise().is_err() {
             return Ok(false);
         }
-        // Where what is told has a corner, this step fits what is told before.
+        // If a commanded length has a corner at the end of the step, its rate before the corner counts.
         let before = if system.facts().is_one_sided { t.next_down() } else { t };
         scratch[..n].fill(0.0);
         model_at(system, before)?.gap_rates(q, v, &mut scratch[n..]);
@@ -645,14 +644,14 @@ impl Stages {
         Ok(true)
     }
 
-    /// Predicts nothing from the stages of the last step, which belong to other coordinates.
+    /// Discards the stages of the last step, which belong to other coordinates.
     pub(super) fn forget_last(&mut self) {
         self.last_size = None;
         self.last_is_taken_back = false;
         self.fitting_is_of_start = false;
     }
 
-    /// The next step begins where the last one did, and its stages lie within that.
+    /// The next step begins where the last one did, so that its stages are interpolated.
     pub(super) fn take_back(&mut self) {
         self.last_is_taken_back = true;
         self.fitting_is_of_start = false;
@@ -666,7 +665,7 @@ impl Stages {
         self.last.copy_from_slice(&self.a);
     }
 
-    /// What goes on from step to step: tangents, and the last stages.
+    /// Serialises tangents and the stages of the last step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         for tangent in &mut self.tangents {
             tape.numbers(tangent.as_mut_slice());
@@ -682,7 +681,7 @@ impl Stages {
         if tape.reads()
             && let Some(h) = self.systems.factorised_for().take()
         {
-            // Where it fails, the next step meets that, too.
+            // If it fails, the next step reports the same failure.
             let _ = self.systems.factorise(h, &self.tangents, &self.constraints, &mut Counters::default());
         }
     }
@@ -699,7 +698,7 @@ fn drop_rounding([dq, dv]: [&mut [f64]; 2], noise: &[f64], x: f64) {
     }
 }
 
-/// Takes off vectors what an impulse of the constraints would, and adds the accelerations that a residual leaves.
+/// Projects a vector onto the constraints in the metric of the mass matrix, and subtracts the accelerations due to a residual.
 fn project(fitting: &mut Saddle, g: &mut [f64], scratch: &mut [f64], residual: Option<&[f64]>) {
     scratch.fill(0.0);
     for (column, g) in fitting.tangent.column_iter().zip(&*g) {

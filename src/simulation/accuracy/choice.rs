@@ -23,7 +23,7 @@ pub(super) struct Choice {
     pub(super) reason: String,
 }
 
-/// The explicit method may cost this many times what was expected of the implicit one, and make so many steps in any case.
+/// The explicit method may cost this many times the expected cost of the implicit one; `FEW_STEPS` steps are allowed in any case.
 const PATIENCE: f64 = 4.0;
 const FEW_STEPS: f64 = 300.0;
 
@@ -91,7 +91,7 @@ impl Choice {
         Self { integrator: &RADAU, resolved, frequency, worth: usize::MAX, reason }
     }
 
-    /// The implicit method after a try of the explicit one.
+    /// Changes to the implicit method after the explicit one took too many steps.
     pub(super) fn switch(&mut self) {
         self.integrator = &RADAU;
         self.worth = usize::MAX;

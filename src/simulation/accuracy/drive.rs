@@ -33,7 +33,7 @@ impl Drive {
     /// Excitation of a model in the state `q0` over `t_span`. Changes that move the tip by less than
     /// `visible`, relative to the length, do not limit steps. `monitor` is called regularly with the start
     /// time and may stop the search. With `finds`, the features of the excitation are found; otherwise steps end at all jumps already, and
-    /// fewer samples tell the amplitudes.
+    /// fewer samples suffice for the amplitudes.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
@@ -66,7 +66,7 @@ impl Drive {
                 part.push(at((t + step * i as f64).min(end))?);
             }
             looks += part.len();
-            // Steps end at both ends of a part, and one within a short part sees as much of it as these looks.
+            // Steps end at both ends of a part, and within a short part they sample it as often as these looks.
             if finds && number > LOOKS_OF_A_PART {
                 features.find(&mut part, &mut at)?;
             }
@@ -136,7 +136,8 @@ impl Oscillation {
         let slope = (to - from) / h / square;
         let held = from / square - mode.damping / square * slope;
         let (x, v) = (self.x - held, self.v - slope);
-        // About the displacement that follows the force, or about that of the force at the start: within a jump nothing follows.
+        // About the displacement that follows the force, or about that under the force at the start: within a jump the vibration
+        // does not follow the force.
         let about_start = (self.x - from / square).hypot(self.v / mode.frequency);
         self.largest = self.largest.max(x.hypot(v / mode.frequency).min(about_start));
         let frequency = (square - half * half).sqrt();

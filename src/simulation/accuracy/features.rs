@@ -11,7 +11,7 @@ const GAP: usize = 2;
 /// Changes that take more than this part of the whole time limit all steps; shorter ones only those within them.
 const LOCAL: f64 = 0.25;
 
-/// What remains beside changes is examined as often; then its steps are limited.
+/// Number of times that the remaining parts between changes are examined again; then their steps are limited.
 const DEPTH: usize = 4;
 
 /// A jump is located to this part of the whole time.
@@ -35,7 +35,7 @@ pub(super) struct Sample {
 
 /// The features found so far.
 pub(super) struct Features {
-    /// Displacement of the tip under each unit modal force, in units of what is visible.
+    /// Displacement of the tip under each unit modal force, in units of the smallest visible one.
     pub(super) weights: Vec<f64>,
     /// The whole time.
     pub(super) duration: f64,
@@ -55,8 +55,8 @@ struct Change {
 }
 
 impl Features {
-    /// Adds the features of a part of the time whose equidistant samples are given; `at` evaluates others, and those beside
-    /// jumps are added to the samples.
+    /// Adds the features of a part of the time, given its equidistant samples; `at` evaluates others. Samples next to jumps are added
+    /// to the given ones.
     pub(super) fn find(
         &mut self,
         part: &mut Vec<Sample>,
@@ -73,7 +73,7 @@ impl Features {
         }
         part.append(&mut beside_jumps);
         part.sort_by(|a, b| a.t.total_cmp(&b.t));
-        // A jump at a sample has that one on its side.
+        // A jump at a sample has found this sample again.
         part.dedup_by(|a, b| a.t == b.t);
         Ok(())
     }
@@ -133,8 +133,8 @@ impl Features {
         fastest
     }
 
-    /// Halves the interval of a change between two samples until it is a jump, or as long as it takes. Steps end at both
-    /// of its ends.
+    /// Bisects the interval between two samples that contains a change, until it is as short as a jump or the change takes all of
+    /// it. Steps end at both of its ends.
     fn locate(
         &mut self,
         [from, to]: [&Sample; 2],

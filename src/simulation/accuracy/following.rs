@@ -140,9 +140,9 @@ impl Following {
         self.vibrations.iter().map(of_state).fold(0.0, f64::max)
     }
 
-    /// Distance of the tip, relative to the length, if all frequencies are wrong by this part of them.
+    /// Error of the tip, relative to the length, if all frequencies have this relative error.
     pub(super) fn late(&self, relative: f64) -> f64 {
-        // Within less than a radian, a wrong frequency is seen in the second order of the angle.
+        // Within less than a radian, the effect of a wrong frequency is of second order in the angle.
         let part = |vibration: &Followed| {
             let seen = vibration.angle.min(1.0).powi(2);
             vibration.reach * (vibration.radians * seen * relative).min(1.0)
@@ -165,7 +165,7 @@ impl Following {
 
     /// Longest step, in seconds, for which the error of each vibration stays within its share of `tolerance`.
     pub(super) fn longest_step(&self, integrator: &Integrator, tolerance: f64) -> f64 {
-        // Two runs must not have the same steps, whatever limits the steps: they would have the same errors.
+        // Two runs must not have the same steps, which would have the same errors: limits of the steps depend on the tolerance too.
         let shorter = integrator.shorter((tolerance / self.loosest).min(1.0));
         let of_vibration = |vibration: &Followed| {
             let allowed =
@@ -214,7 +214,7 @@ mod tests {
                 });
                 let exact = apart.fold(0.0, f64::max);
                 let told = following(frequency, 0.1).late(relative);
-                // Beyond the second order of the relative change, and of half the difference where the phase has gone.
+                // Up to terms of second order in the relative change, and half the difference after the phase is lost.
                 assert!(
                     told >= 0.1 * exact.min(1.0) / (1.0 + relative),
                     "{frequency} {relative}: {told} for {exact}"
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn what_hardly_turns_is_not_late() {
-        // Of a free body, whose frequencies are rounding.
+        // A free body, whose frequencies are rounding.
         assert!(following(1e-6, FARTHEST).late(0.5) < 1e-11);
     }
 

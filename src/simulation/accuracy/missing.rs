@@ -30,7 +30,7 @@ const STATES: usize = 12;
 /// matters for the torsion of a straight rod, which moves the tip only later.
 const MATTERS: f64 = 0.1;
 
-/// Deformations smaller than that by this factor do neither.
+/// Deformations smaller than that by this factor fulfil neither condition.
 const UNSEEN: f64 = 1e-3;
 
 /// Strains without modes whose frequency exceeds the resolved ones by this factor respond statically; the
@@ -50,7 +50,7 @@ pub(super) const SAFETY: f64 = 2.0;
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
 
-/// The numbers of modes of a finer model for comparison, and what forces tell of it.
+/// The numbers of modes of a finer model for comparison, and the estimate of its effect by forces.
 pub(super) struct Finer {
     modes: Vec<usize>,
     pub(super) estimate: Estimate,
@@ -79,16 +79,16 @@ pub(super) struct Estimate {
     leaves: f64,
     /// By fast strains.
     fast: f64,
-    /// Elastic energy in which all but fast strains vary over that of the motion: twice the relative error of frequencies
-    /// (Rayleigh's quotient).
+    /// Ratio of elastic energies of variation: that of the missing displacements without fast strains, over that of the motion. It is
+    /// twice the relative error of frequencies (Rayleigh's quotient).
     pub(super) energy: f64,
     /// False if the displacements were not found.
     is_known: bool,
 }
 
 impl Estimate {
-    /// Upper bound of the space error of the coarse model by the static displacements, where wrong frequencies move the tip by `late`.
-    /// `None` if the forces are unknown.
+    /// Upper bound of the space error of the coarse model from the static displacements and from `late`, the displacement of the tip by
+    /// wrong frequencies. `None` if the forces are unknown.
     pub(super) fn bound(self, late: f64) -> Option<f64> {
         let error = SAFETY * (self.finds + self.leaves + late) + SUDDEN * self.fast;
         (self.is_known && error.is_finite()).then_some(error)
@@ -126,7 +126,7 @@ pub(super) fn finer<M: Model + Clone>(
     let richest = with_more(MANY_MODES, SOME_MODES);
     let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
     let Some(mut richer) = is_small.then(|| coarse.with_modes(&richest)).flatten() else {
-        // Too large to find out which strains matter and how much even the finer model lacks.
+        // The richest model would be too large: the estimate remains unknown.
         return model_with(&with_more(MORE_MODES, 0), Estimate::default());
     };
     let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
@@ -162,7 +162,7 @@ pub(super) fn finer<M: Model + Clone>(
 }
 
 /// Static displacement of the tip by forces on a model with the same coordinates and more nodes, relative to the length, and the
-/// energy of that over that of the motion, as in [`Estimate`]. `None` where springs do not hold the coordinates of modes.
+/// ratio of energies as in [`Estimate`]. `None` if the stiffness of the modes is singular.
 pub(super) fn by_nodes<M: Model + Clone>(coarse: &M, finer: &mut M, motion: &Simulation) -> Option<[f64; 2]> {
     let same: Vec<usize> = (0..motion.n).collect();
     let missing = Missing::new(coarse, finer, &same, motion);
@@ -180,7 +180,7 @@ struct Missing {
     /// Coordinates of the richer model, and the forces on them.
     states: Vec<[Vec<f64>; 2]>,
     stiffness: Matrix,
-    /// Coordinates that the stiffness couples.
+    /// Sets of coordinates coupled by the stiffness.
     blocks: Vec<Vec<usize>>,
     /// Typical sizes of the coordinates.
     sizes: Vec<f64>,
@@ -241,7 +241,7 @@ impl Missing {
         (self.stiffness[(i, i)] / (moved[i] - self.still[i])).sqrt()
     }
 
-    /// Whether rounding spares static responses; with many monomials it does not.
+    /// Whether static responses are accurate in spite of rounding; with many monomials they are not.
     fn is_well_conditioned(&self) -> bool {
         self.blocks.iter().all(|block| {
             if let [i] = block[..] {
@@ -258,7 +258,7 @@ impl Missing {
         })
     }
 
-    /// Static response of these coordinates in each state; none if springs do not hold them.
+    /// Static response of these coordinates in each state; empty if their stiffness is singular.
     fn gives(&self, chosen: &[usize]) -> Vec<Vec<f64>> {
         let mut gives = vec![vec![0.0; chosen.len()]; self.states.len()];
         for block in &self.blocks {
@@ -268,7 +268,7 @@ impl Missing {
                 continue;
             }
             if let [i] = own[..] {
-                // Most coordinates of orthogonal bases are coupled with no others.
+                // Orthogonal bases leave most coordinates uncoupled.
                 let stiffness = self.stiffness[(chosen[i], chosen[i])];
                 if stiffness.is_nan() || stiffness <= 0.0 {
                     return Vec::new();
@@ -291,7 +291,7 @@ impl Missing {
         gives
     }
 
-    /// Elastic energy in which the static response of these coordinates varies over that in which the motion does.
+    /// Ratio of elastic energies of variation: that of the static response of these coordinates over that of the motion.
     fn energy(&self, chosen: &[usize]) -> f64 {
         let mut responses = vec![vec![0.0; self.sizes.len()]; self.states.len()];
         for (response, give) in responses.iter_mut().zip(self.gives(chosen)) {
@@ -302,7 +302,7 @@ impl Missing {
         if missing > 0.0 { missing / present } else { 0.0 }
     }
 
-    /// Sum of the elastic energies by which coordinates deviate from their mean.
+    /// Elastic energy of the deviations of states from their mean, summed over the states.
     fn energy_of_variation(&self, states: &[Vec<f64>]) -> f64 {
         let n = self.sizes.len();
         let mean: Vec<f64> =
@@ -318,8 +318,8 @@ impl Missing {
         states.iter().map(of_state).sum()
     }
 
-    /// Whether the static response of these coordinates moves the measured places by this part of the length, or is this part of typical
-    /// sizes of the coordinates, which move them by about the length.
+    /// Whether the static response of these coordinates moves the measured places by more than this part of the length, or exceeds this
+    /// part of the typical sizes of the coordinates.
     fn matters<M: Model>(&self, richer: &mut M, chosen: &[usize], part: f64) -> bool {
         let deformed = self.deforms(chosen);
         deformed > part
@@ -349,7 +349,7 @@ impl Missing {
     }
 }
 
-/// Coordinates that a symmetric matrix couples, directly or by others; all of them, in increasing order.
+/// Sets of coordinates that a symmetric matrix couples, directly or through others; all coordinates, in increasing order.
 fn blocks(matrix: &Matrix) -> Vec<Vec<usize>> {
     let n = matrix.nrows();
     let mut is_in_one = vec![false; n];

@@ -114,8 +114,8 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
 /// What is not estimated of a motion with closed loops, or with tendons that do not stretch.
 const IN_LOOPS: &str = " The errors are those of places on the links; those of the forces in closed loops and of tensions are not estimated.";
 
-/// Initial state projected onto closed loops, in rotation vectors no longer than pi: near a full turn the rates of others, by which
-/// methods and steps are chosen, are those of the vectors and not of the motion.
+/// Initial state projected onto closed loops, with rotation vectors no longer than pi: near a full turn the rates of a longer vector
+/// are not those of the motion, from which method and steps are chosen.
 fn fitted<M: Model>(model: &mut M, t: f64, [q0, v0]: [&[f64]; 2]) -> Result<Start, InvalidInput> {
     let n = model.facts().n;
     let is_sensible = [q0, v0].iter().all(|values| values.len() == n && values.iter().all(|x| x.is_finite()));

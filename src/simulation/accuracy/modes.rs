@@ -32,11 +32,11 @@ const TRIALS: usize = 24;
 /// Number of states of a trial that are examined.
 const STATES: usize = 32;
 
-/// Turns of a segment by its reference strain up to which trials see what loads change: that swings with each turn, and polynomials
-/// follow it only from three modes per turn on (Boyd 2001, section 2.4).
+/// Largest number of turns of a segment by its reference strain. The response to loads oscillates with each turn, and polynomials
+/// approximate it only with three or more modes per turn (Boyd 2001, section 2.4).
 const MOST_TURNS: f64 = 3.0;
 
-/// Places of each segment that are measured beside tips.
+/// Number of places of each segment that are measured in addition to tips.
 const SECTIONS: usize = 4;
 
 /// What modes are chosen for.
@@ -44,7 +44,7 @@ const SECTIONS: usize = 4;
 pub enum Purpose {
     /// The motion from rest over this interval, in seconds.
     Motion((f64, f64)),
-    /// The equilibrium at this time, in seconds, to which loads lead that grow from zero; with contact the one in which the straight
+    /// The equilibrium at this time, in seconds, reached with loads that grow from zero; with contact the one in which the straight
     /// model comes to rest.
     Equilibrium(f64),
 }
@@ -57,14 +57,14 @@ pub struct Modes {
     /// Change of the measured places by the additional modes of the last trial, relative to the length; `None` without
     /// such a trial.
     pub space_error: Option<f64>,
-    /// Whether the robot has the accuracy.
+    /// Whether the robot has the requested accuracy.
     pub is_success: bool,
-    /// What was found, or why not, in words.
+    /// Description of the result, or why there is none.
     pub message: String,
 }
 
 /// Chooses the numbers of modes of the segments `open` of a robot, counted link by link, such that its motion or equilibrium
-/// has the requested accuracy with respect to modes. Each trial has additional modes of every strain and keeps those that move
+/// has the requested accuracy with respect to modes. Each trial adds modes of every strain and keeps those that move
 /// tips; in equilibria, and in robots with closed loops or supports, those that move any section. `monitor` is called with the time
 /// after every step of every trial and may stop the search.
 ///
@@ -112,7 +112,7 @@ pub fn choose_modes(
         let coarse = match trials.run(robot, &needed) {
             Ok(Ok(trial)) => trial,
             Err(_) | Ok(Err(Failed::Because(_))) => {
-                // Too few modes can be why: a beam between two walls cannot bend without stretching.
+                // A trial may fail because of too few modes: a beam between two walls cannot bend without stretching.
                 (kept, modes) = (SMALLER * kept, more);
                 continue;
             }
@@ -137,7 +137,7 @@ pub fn choose_modes(
     Ok(Modes { robot: with_modes(robot, open, &modes), space_error, is_success: false, message })
 }
 
-/// Reports what cannot be asked for.
+/// Reports invalid arguments.
 fn check(robot: &Robot, open: &[usize], purpose: Purpose, request: Request) -> Result<(), InvalidInput> {
     request.validate()?;
     let mut check = Checker::new();
@@ -207,7 +207,7 @@ struct Trial {
     q: Vec<f64>,
     /// Measured places at all times.
     places: Vec<[f64; 3]>,
-    /// What even more modes would change, relative to the length, where that is known without another trial.
+    /// Space error of this number of modes, relative to the length, if known without another trial.
     space_error: Option<f64>,
 }
 
@@ -303,7 +303,7 @@ impl Trials<'_> {
 }
 
 impl Trial {
-    /// Places along rods that are measured beside tips: where something holds these, and in equilibria.
+    /// Places along rods that are measured in addition to tips: if constraints or springs act, and in equilibria.
     fn sections(&self) -> Vec<Place> {
         let facts = self.model.facts();
         let is_held = facts.constraints() > 0 || facts.springs > 0;

@@ -16,17 +16,19 @@ const TIGHTEST: f64 = 0.1;
 /// Errors of the steps of a finer model that do not matter, relative to the requested accuracy.
 const NEGLIGIBLE: f64 = 0.3;
 
-/// Smallest error of a run, relative to its tolerance, that is counted on.
+/// Smallest error of a run, relative to its tolerance, that is assumed.
 const LEAST: f64 = 0.02;
 
-/// A difference of models is one of modes if it is larger by this factor than what is expected of the steps.
+/// A difference of models is attributed to modes if it exceeds the expected error of the steps by this factor.
 const CLEAR: f64 = 3.0;
 
-/// Tolerance of a run that finds large errors at little cost, and the part of their bound by forces that errors often are at least.
+/// Tolerance of a first run that finds large errors at little cost, made if `OFTEN` times the bound by forces exceeds it: errors
+/// are often at least this part of their bound.
 const FIRST: f64 = 1e-3;
 const OFTEN: f64 = 0.1;
 
-/// A change by nodes, estimated by forces, that is smaller than this part of what matters, or larger than its inverse, needs no run.
+/// If the change by nodes, estimated by forces, is smaller than this part of the largest accepted change, or larger than it divided by this,
+/// no run is needed.
 const CLEARLY: f64 = 0.3;
 
 /// Change by additional nodes that requires them, relative to the requested accuracy.
@@ -60,7 +62,7 @@ pub(super) fn add_error<M: Model + Clone>(
     };
     let n = model.facts().n;
     let [q0, v0] = plan.start.map(|values| finer.embed(values, n));
-    // The error of a run relative to its tolerance, as those of the coarse model tell.
+    // Expected error of a run relative to its tolerance, from the runs of the coarse model.
     let part = run.simulation.statistics.time_error.map_or(1.0, |error| error / run.tolerance).max(LEAST);
     let tightest = run.tolerance.min(TIGHTEST * wanted);
     let fit = (NEGLIGIBLE * wanted / part).min(FIRST_TOLERANCE * wanted).max(tightest);
@@ -89,7 +91,7 @@ pub(super) fn add_error<M: Model + Clone>(
     Ok(())
 }
 
-/// Adds the space error and a verdict to a run.
+/// Adds the space error to a run, with a sentence about it.
 fn say(run: &mut Run, error: f64, wanted: f64) {
     run.simulation.statistics.space_error = Some(error);
     let verdict = if error <= wanted {

@@ -9,7 +9,7 @@ use crate::simulation::simulate::Status;
 /// Ratio of the tolerances of two runs that are compared.
 pub(super) const TIGHTENING: f64 = 5.0;
 
-/// The same where impacts are: free flights take the same steps at similar tolerances, and an impact within one has the same error.
+/// The same for motions with impacts: at similar tolerances the steps of free flights are the same, and so is the error of impacts.
 const TIGHTENING_AT_IMPACTS: f64 = 25.0;
 
 /// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
@@ -34,10 +34,10 @@ const LUCK: f64 = 0.05;
 /// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
 
-/// Energies are compared at one of so many times.
+/// Energies are compared at every n-th time, with this n.
 const ENERGIES: usize = 4;
 
-/// After a run of a method that is only tried, the next one may make this many times as many steps.
+/// After a successful run of a method on trial, the next one may take this many times as many steps.
 const WORTH_MORE: usize = 4;
 
 /// A run with a larger tolerance, relative to the requested accuracy, that fails is repeated with this one.
@@ -86,18 +86,18 @@ pub(super) fn to_accuracy<M: Model + Clone>(
                 continue;
             }
             if tolerance > CAREFUL * wanted && !run.simulation.status.is_interrupted() && runs < RUNS {
-                // Where large errors lead, nothing may go on.
+                // The failure may be due to the large errors of a loose tolerance.
                 tolerance = CAREFUL * wanted;
                 previous = None;
                 continue;
             }
             return Ok(run);
         }
-        // A method that has come so far may go on to more accuracy.
+        // A method that has reached the end may use more steps for a higher accuracy.
         plan.most_steps = plan.most_steps.max(WORTH_MORE * run.simulation.statistics.counters.steps);
         let Some(looser) = previous.take() else {
-            // From now on, steps resolve the vibrations that the run excited itself. What its own steps lost of them is in the difference to
-            // the next run, which is far better then. Where impacts are, it is not known to be.
+            // From now on, steps resolve the vibrations that this run excited. Its own losses are contained in the difference to the next
+            // run, which is then far more accurate, except with impacts: then this run is repeated.
             let follows = has_looked || plan.follows(&run);
             if follows || has_order {
                 previous = Some(run.into());
@@ -109,7 +109,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         let integrator = plan.choice.integrator;
         let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
         if run.steps() < looser.steps && runs < RUNS {
-            // It was the looser run that had difficulties.
+            // The looser run had difficulties.
             previous = Some(run.into());
             tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             continue;
@@ -132,8 +132,8 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             };
             return Ok(run);
         }
-        // The next run is compared with this one, whose error is smaller than the estimate by this gain; where impacts are, nothing
-        // is known of it.
+        // The next run is compared with this one, whose error is smaller than the estimate by this gain; with impacts the gain is
+        // unknown.
         let has_order = !plan.model.facts().has_one_sided_forces;
         let gain =
             if has_order { (error / (AIM * wanted)).powi(2) / gain } else { TIGHTENING * error / wanted };
@@ -154,8 +154,8 @@ fn not_reached(wanted: f64, runs: usize, error: f64) -> String {
 /// plus errors common to both runs, and at least the error that corresponds to the energy drift.
 fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain: f64) -> f64 {
     let apart = distances(&run.tips, &looser.tips);
-    // If errors multiply, or the steps were hardly shorter, or impacts leave methods no order, the remaining error need not be
-    // smaller than the difference.
+    // If errors multiply, steps were hardly shorter, or impacts reduce the order, the remaining error may be as large as the
+    // difference.
     let is_smooth = !plan.model.facts().has_one_sided_forces;
     let share = if is_smooth && gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
     let missed = plan.following.lost(plan.choice.integrator, plan.duration() / run.steps().max(1.0));

@@ -1,6 +1,6 @@
-//! Prescribed motions that fixed steps do not resolve. Places and velocities of what is prescribed are exact at the ends of steps;
-//! what is free behind it follows the accelerations there alone. Where a motion takes only a few steps, these tell too little of
-//! it: a mass without friction on a rail that moves by one metre in n steps is dragged along by about 1/n^2 m.
+//! Detects prescribed motions that fixed steps do not resolve. Prescribed coordinates and velocities are exact at the ends of steps, but
+//! free coordinates are driven by the prescribed accelerations there alone. In a motion of only a few steps these do not integrate to its
+//! displacement: a mass without friction on a rail that moves by one metre in n steps is dragged along by about 1/n^2 m.
 
 use crate::analysis::spectrum::Spectrum;
 use crate::error::Number;
@@ -9,27 +9,27 @@ use crate::model::Model;
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::State;
 
-/// Drags of more than this part of the range of a prescribed motion cause a doubt: moves of seven steps in cubic pieces. So do
-/// velocities that are left of more than this part of the largest one, as of moves that begin and end within steps with accelerations
-/// that jump there.
+/// A drag of more than this part of the range of a prescribed motion causes a warning: cubic moves of seven steps. So does a
+/// remaining velocity of more than this part of the largest one, such as after moves that begin and end within steps with jumps of the
+/// acceleration.
 const DRAGGED: f64 = 2e-2;
 
-/// Steps over which what drags adds up. Over longer times motions that steps resolve leave velocities that add up too, which
-/// springs and dampers take away.
+/// Number of steps over which drags accumulate. Over longer times the small errors of resolved motions would accumulate too, which
+/// springs and dampers remove.
 const MEMORY: f64 = 16.0;
 
-/// The steps of a scheme, made with a prescribed coordinate as if that were free, beside the coordinate itself.
+/// A prescribed coordinate, compared with the integration of its accelerations by the scheme.
 #[derive(Clone, Copy, Debug, Default)]
 struct Follower {
     /// The coordinate with its first two derivatives.
     motion: [f64; 3],
-    /// By how much the place and the velocity that the steps lead to differ.
+    /// Errors of the integrated displacement and velocity.
     off: [f64; 2],
     lowest: f64,
     highest: f64,
-    /// The largest difference of places, in units of the range at the end.
+    /// The largest error of the displacement.
     worst: f64,
-    /// The same of velocities, in units of the largest one.
+    /// The largest error of the velocity.
     left: f64,
     fastest: f64,
 }
@@ -45,7 +45,7 @@ pub(super) struct Carried {
 }
 
 impl Carried {
-    /// `None` where nothing is prescribed, or nothing is free.
+    /// `None` if nothing is prescribed, or nothing is free.
     pub(super) fn new<M: Model>(
         model: &mut M,
         State { t, .. }: State<'_>,
@@ -69,7 +69,7 @@ impl Carried {
         Some(Self { dt, weights: scheme.smooth_weights(), t, followers, now })
     }
 
-    /// Takes note of where prescribed coordinates are after a step, at the time that is set.
+    /// Records the prescribed coordinates after a step, at the time that is set in the model.
     pub(super) fn step<M: Model>(&mut self, model: &mut M, t: f64) {
         let h = t - std::mem::replace(&mut self.t, t);
         let ([beta, gamma], kept) = (self.weights, (-h / (MEMORY * self.dt)).exp());
@@ -89,7 +89,7 @@ impl Carried {
         }
     }
 
-    /// Goes on after a jump of what is prescribed.
+    /// Continues after a jump of prescribed coordinates.
     pub(super) fn jump<M: Model>(&mut self, model: &mut M) {
         self.now.clear();
         model.prescribed(&mut self.now);
@@ -98,7 +98,7 @@ impl Carried {
         }
     }
 
-    /// Why the motion may be wrong, if much was dragged that nothing holds.
+    /// Why the motion may be wrong, if free coordinates were dragged far and no springs move them back.
     pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
         let part = |follower: &Follower| {
             let of = |off: f64, most: f64| if most > 0.0 { off / most } else { 0.0 };
@@ -113,7 +113,7 @@ impl Carried {
         if dragged.max(left) <= DRAGGED {
             return None;
         }
-        // What vibrates faster than that comes back meanwhile.
+        // Vibrations that are faster than that return meanwhile.
         let spectrum = Spectrum::new(model, end.t, end.q, end.v)?;
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).fold(f64::INFINITY, f64::min);
         let [dragged, left] = [dragged, left].map(|off| off / (1.0 + (slowest * MEMORY * self.dt).powi(2)));
@@ -132,7 +132,7 @@ impl Carried {
         ))
     }
 
-    /// What goes on from step to step.
+    /// Serialises all data that persist from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.t);
         for Follower { motion, off, lowest, highest, worst, left, fastest } in &mut self.followers {

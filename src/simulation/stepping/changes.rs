@@ -10,7 +10,7 @@ use crate::numerics::roots::bracket::{Point, find_zero};
 use crate::numerics::tape::Tape;
 
 /// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
-/// in long steps, and their looks need no tensions. Steps of fixed size follow what is smooth by their ends.
+/// in long steps, and these looks need no tensions. Steps of fixed size are examined at their ends only.
 const LOOKS: usize = 4;
 const LOOKS_WITHOUT_TENSION: usize = 16;
 
@@ -70,7 +70,7 @@ pub(super) struct Changes {
     /// Set if lengths jump over the next step of fixed size, or did over the last one.
     pub(super) jumps: bool,
     pub(super) has_jumped: bool,
-    /// How far a tendon was longer than its length at the end of such a step at most, in units of the length of what it joins, and when.
+    /// The largest excess of a tendon over its length at the end of such a step, in units of the length of what it joins, and its time.
     pub(super) missed: Option<(f64, f64)>,
     /// Energy lost in changes and work done in them since they were last taken.
     pub(super) flow: Option<[f64; 2]>,
@@ -128,7 +128,7 @@ impl Changes {
         self.flow = Some([before[0] + lost, before[1] + work]);
     }
 
-    /// Examines a state of the last step, by the multipliers of what holds where they are known. Allocates.
+    /// Examines a state of the last step, with the multipliers of the active constraints if they are known. Allocates.
     pub(super) fn look(
         &mut self,
         model: &mut dyn Static,
@@ -179,7 +179,7 @@ impl Changes {
         }
     }
 
-    /// What steps of fixed size know of lengths that jump.
+    /// Serialises the data of steps of fixed size about lengths that jump.
     pub(super) fn serialise_jumps(&mut self, tape: &mut Tape<'_>) {
         tape.flag(&mut self.jumps);
         tape.flag(&mut self.has_jumped);

@@ -1,6 +1,6 @@
-//! Energy that fixed steps add to a motion, or take out of it. An exact motion gains none unless something supplies it, and
-//! loses none unless something dissipates it: where it does, the steps are too long for what moves, such as a free body that
-//! turns by a radian within one of them. What loads supply counts, and so does how far it is known.
+//! Detects energy that fixed steps add to a motion, or remove from it. An exact motion gains energy only from loads, and loses it only
+//! by dissipation; other changes show that steps are too long, such as for a free body that turns by a radian in one step. The work of
+//! loads is taken into account, with its uncertainty.
 
 use crate::error::{Interrupted, Number};
 use crate::integrators::newmark::Scheme;
@@ -8,63 +8,63 @@ use crate::model::{Energy, Model};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::State;
 
-/// Energies above that of the start by this part of the largest kinetic one cause a warning: speeds off by half a percent.
+/// Energies above the initial one by this part of the largest kinetic energy cause a warning: errors of speeds of half a percent.
 const GAIN: f64 = 1e-2;
 
-/// So do rises by this part after losses. An impact of six steps takes 28 percent out of a body and gives back 2.5 where it
-/// lets go.
+/// So do rises by this part after losses. In an impact of six steps a body loses 28 percent and regains 2.5 percent as it separates.
 const RISE: f64 = 3e-2;
 
-/// So do losses by this part, where nothing dissipates.
+/// So do losses by this part in models without dissipation.
 const LOSS: f64 = 3e-2;
 
-/// The same where rigid shapes meet, and steps that are not resolved stop them.
+/// The same for contact of rigid shapes, where steps may stop impacts that they do not resolve.
 const LOSS_IN_CONTACT: f64 = 0.25;
 
-/// Changes must exceed this part of the elastic energy too, that of overlaps included: what is nearly at rest vibrates by less
-/// than a hundredth of how far it is deformed, and its kinetic energy is no measure.
+/// Changes must also exceed this part of the elastic energy, including that of contact: models nearly at rest vibrate by less
+/// than a hundredth of their deformation, and their kinetic energy is no measure.
 const AT_REST: f64 = 1e-4;
 
-/// The same for the weight, whose energy counts from an origin anywhere, and for motions that are uniform: errors of Newton's method are far smaller.
+/// The same for potential energies of loads, whose origin is arbitrary, and for the energy of uniform motions: errors of Newton's method
+/// are far smaller.
 const ROUNDING: f64 = 1e-9;
 
-/// And what coordinates hold that are off by this part of their typical sizes: a robot that cannot move trembles by roundings. So do
-/// closed loops without forces, from step to step.
+/// Changes must also exceed the energy of errors of coordinates of this part of their typical sizes: rounding makes robots that cannot
+/// move, and closed loops without forces, vibrate from step to step.
 const ROUNDING_OF_PLACES: f64 = 1e-12;
 
-/// Changes by more than this factor of the largest kinetic energy are told in joules.
+/// Changes by more than this factor of the largest kinetic energy are reported in joules.
 const FAR_MORE: f64 = 100.0;
 
-/// Velocities of a part that have changed by less than this are those of a uniform motion: it exchanges no energy, whatever it has.
+/// A part whose velocities have changed by less than this, relative to themselves, moves uniformly: it exchanges no energy.
 const UNIFORM: f64 = 1e-6;
 
-/// Steps from one look to the next where nothing may touch: the shortest steps take as long as four energies.
+/// Number of steps between evaluations of the energy while nothing can touch: the cheapest steps cost as much as four evaluations.
 const STRIDE: usize = 8;
 
-/// Looks for which a rise must last in a model with contact: within an impact the energy rises and falls again, because what a
-/// step sees of the overlap is its end.
+/// Number of evaluations for which a rise must last in a model with contact: within an impact the energy rises and falls again,
+/// because a step samples the overlap at its end only.
 const LASTING: usize = 3;
 
 /// The energy over a run with fixed steps.
 #[derive(Clone, Debug)]
 pub(super) struct EnergyWatch {
     dt: f64,
-    /// Energy that loads may have supplied so far at most.
+    /// Upper bound of the energy supplied by loads so far.
     supplied: f64,
-    /// Steps until the next look.
+    /// Steps until the next evaluation.
     left: usize,
     /// Whether loads vary in time.
     varies: bool,
-    /// Whether neither the model nor the method takes energy out.
+    /// Whether neither the model nor the method dissipates energy.
     keeps_energy: bool,
-    /// Whether the model takes none out, and only rigid shapes meet.
+    /// Whether the model dissipates no energy, and only rigid shapes touch.
     keeps_in_contact: bool,
-    /// Whether every step is looked at in which surfaces may touch.
+    /// Whether surfaces may touch; steps in which they do are all examined.
     has_contact: bool,
     /// The last energies, as many as a rise must last.
     last: Vec<f64>,
     start: f64,
-    /// The largest rise above the start, the largest loss since then, and when that was.
+    /// The largest rise above the start, and the largest loss since the start with its time.
     gain: f64,
     loss: (f64, f64),
     /// The lowest energy so far and its time.
@@ -72,18 +72,18 @@ pub(super) struct EnergyWatch {
     /// The largest rise above the lowest energy before it, and when it began and ended.
     rise: f64,
     during: (f64, f64),
-    /// The largest parts so far; the kinetic one without what has moved uniformly.
+    /// The largest energies so far; the kinetic one without parts that move uniformly.
     largest: Energy,
-    /// The largest kinetic energy so far of all.
+    /// The largest kinetic energy of all parts so far.
     of_all: f64,
-    /// Velocities at the start, where several parts move by themselves, and memory for those of some parts.
+    /// Velocities at the start if the model has several independent parts, and work memory.
     began: Vec<f64>,
     moving: Vec<f64>,
 }
 
 impl EnergyWatch {
-    /// For a run by this scheme with steps of the size `dt`. `None` for models that a base or prescribed coordinates carry: what
-    /// these do is known at the ends of steps only, where it may be far larger than what moves.
+    /// For a run by this scheme with steps of the size `dt`. `None` for models with a moving base or prescribed coordinates: their power
+    /// is known at the ends of steps only, where it may be far larger than the energies.
     pub(super) fn new<M: Model>(
         model: &mut M,
         State { t: t0, q, v, .. }: State<'_>,
@@ -105,7 +105,7 @@ impl EnergyWatch {
         let (start, of_all) = (largest.total(), largest.kinetic);
         let began = if model.facts().parts.len() > 1 { v.to_vec() } else { Vec::new() };
         if !began.is_empty() {
-            // What is not uniform is seen later.
+            // Parts that do not move uniformly are included later.
             largest.kinetic = 0.0;
         }
         Some(Self {
@@ -130,7 +130,7 @@ impl EnergyWatch {
         })
     }
 
-    /// Looks at the state after a step, if it is one to be looked at. `supplied` is what loads may have supplied at most.
+    /// Examines the state after a step if its turn has come. `supplied` is an upper bound of the energy supplied by loads.
     pub(super) fn step<M: Model>(
         &mut self,
         model: &mut M,
@@ -173,8 +173,8 @@ impl EnergyWatch {
         Ok(())
     }
 
-    /// The kinetic energy of the parts whose velocities have changed since the start, now or then, whichever is larger; `whole` is
-    /// that of all.
+    /// The kinetic energy of the parts whose velocities have changed since the start, now or at the start, whichever is larger; `whole` is
+    /// that of all parts.
     fn kinetic<M: Model>(&mut self, model: &mut M, [q, v]: [&[f64]; 2], whole: f64) -> f64 {
         let Self { began, moving, .. } = self;
         if began.iter().all(|&v| v == 0.0) {
@@ -250,7 +250,7 @@ impl EnergyWatch {
         ))
     }
 
-    /// What goes on from step to step.
+    /// Serialises all data that persist from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         let Self { supplied, start, gain, loss, lowest, rise, during, largest, of_all, began, .. } = self;
         let Energy { kinetic, elastic, gravitational, loads } = largest;
@@ -265,7 +265,7 @@ impl EnergyWatch {
     }
 }
 
-/// What the energy changes by if coordinates are off by rounding, and what they move with if they are within one step. Allocates.
+/// Change of the energy by rounding errors of coordinates, and the kinetic energy of such an error within one step. Allocates.
 fn energy_of_rounding<M: Model>(model: &mut M, State { q, v, .. }: State<'_>, dt: f64) -> f64 {
     let mut by = model.facts().typical_coordinates.clone();
     by.iter_mut().for_each(|size| *size *= ROUNDING_OF_PLACES);

@@ -1,16 +1,15 @@
-//! Steps of fixed size over which lengths of tendons jump: commanded lengths that are set from step to step. Where lengths jump against
-//! each other, release and take-up could follow each other at one time without end. In such a step a tendon therefore pulls over the
-//! whole step, so that it has its length at the end, or not at all, and each active set is tried once: first by Bard's rule, which
-//! changes what fits least, then by Murty's, which changes the first one that does not fit (Murty 1974, "Note on a Bard-type scheme for
-//! solving the complementarity problem").
+//! Steps of fixed size over which commanded lengths of tendons jump, such as inputs set from step to step. Changes of the active set
+//! could follow each other endlessly at one time. Therefore a tendon pulls over the whole step, so that it has its length at the end,
+//! or not at all, and each active set is tried once: first by Bard's rule, which changes the largest violation, then by Murty's, which
+//! changes the first one (Murty 1974, "Note on a Bard-type scheme for solving the complementarity problem").
 
 use crate::model::constraint::one_sided::{TAKEN_UP, TAUT, most_switches};
 
-/// Tendons push if they do by more than this part of the largest tension in the step.
+/// A tendon counts as pushing if it does so by more than this part of the largest tension in the step.
 const PUSHES: f64 = 1e-10;
 
-/// What does not fit at the end of a step with an active set: the hardest push, in units of the largest tension, and how far a tendon
-/// is too long, in units of the length of what it joins.
+/// Violations at the end of a step with an active set: the largest push, in units of the largest tension, and the largest excess of a
+/// length, in units of the length of what the tendon joins.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub(super) struct Misfit {
     push: f64,
@@ -25,26 +24,26 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// From this set on.
+    /// A search that starts with this set.
     pub(super) fn new(held: &[bool]) -> Self {
         Self { tried: vec![held.to_vec()], best: None }
     }
 
-    /// The set that is to be tried.
+    /// The set to be tried next.
     pub(super) fn held(&self) -> &[bool] {
         self.tried.last().expect("there is a first one")
     }
 
-    /// The set that fits best, of those that could be tried.
+    /// The set with the smallest violations, if a step could be made with any.
     pub(super) fn best(&self) -> Option<&(Misfit, Vec<bool>)> {
         self.best.as_ref()
     }
 
-    /// Judges the end of a step with the set, by the tensions and by how far tendons are too long; neither where it could not be made. Returns
-    /// whether it fits.
+    /// Judges the end of a step with the set, by tensions and excesses of lengths; `None` if the step could not be made. Returns
+    /// whether the set fits.
     pub(super) fn fits(&mut self, end: Option<[&[f64]; 2]>) -> bool {
         let Some([pulls, excesses]) = end else { return false };
-        // Newton's method leaves something of those that it closes.
+        // Newton's method leaves small gaps of active constraints.
         let allowed = |is_held: bool| if is_held { TAUT } else { TAKEN_UP };
         let excesses = excesses.iter().zip(self.held()).map(|(by, &is_held)| by - allowed(is_held));
         let misfit = Misfit { push: largest(pushes(pulls).into_iter()), excess: largest(excesses) };
@@ -54,7 +53,7 @@ impl Search {
         misfit.push <= 0.0 && misfit.excess <= 0.0
     }
 
-    /// Goes on to a set that was not tried yet. False if there is none near, or enough were tried.
+    /// Proceeds to a similar set that was not tried yet. False if there is none, or enough were tried.
     pub(super) fn next(&mut self, end: Option<[&[f64]; 2]>) -> bool {
         if self.tried.len() > most_switches(self.held().len()) {
             return false;
@@ -75,15 +74,15 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
     values.fold(0.0, f64::max)
 }
 
-/// What may fit better than a set with such an end, or than one with which the step could not be made.
+/// Sets that may fit better than the one with this end, or than one with which the step could not be made.
 fn candidates(held: &[bool], end: Option<[&[f64]; 2]>) -> Vec<Vec<bool>> {
     let with = |change: &dyn Fn(usize) -> bool| -> Vec<bool> {
         held.iter().enumerate().map(|(i, &is_held)| is_held != change(i)).collect()
     };
-    // Nothing pushes then, if all else fails.
+    // The last resort, in which no tendon pushes.
     let none = vec![false; held.len()];
     let Some([pulls, excesses]) = end else {
-        // Too much is held, or the wrong.
+        // Too many or the wrong tendons are taut.
         let released = (0..held.len()).rev().filter(|&i| held[i]);
         return released.map(|i| with(&|j| i == j)).chain([none]).collect();
     };
@@ -108,7 +107,7 @@ mod tests {
 
     #[test]
     fn each_set_is_tried_once_and_the_search_ends() {
-        // Two tendons that conflict: one that is held pushes the other too far, both cannot be held, and without them both are too long.
+        // Two tendons that conflict: if one is taut the other is too long, both cannot be taut, and without them both are too long.
         let mut search = Search::new(&[true, true]);
         let mut tried = 0;
         loop {

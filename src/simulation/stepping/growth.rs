@@ -1,5 +1,5 @@
-//! Vibrations that conditionally stable members of Newmark's family let grow from step to step, because steps are beyond the
-//! limit of stability. What such a run ends with means nothing, however smooth its residuals.
+//! Vibrations that grow from step to step in conditionally stable members of Newmark's family, because steps exceed the limit of
+//! stability. The end of such a run is meaningless, however small its residuals.
 //!
 //! Whether a vibration grows follows from the spectral radius of its amplification matrix (Hughes 2000, section 9.1.2), at the start.
 //! Whether it has grown shows in its modal acceleration at the end: at the limit of stability and beyond, it changes its sign with
@@ -14,10 +14,10 @@ use crate::numerics::tape::Tape;
 use crate::simulation::balance::State;
 use crate::simulation::stepping::{Status, Stop};
 
-/// Displacements of the tip by this part of the length mean that a vibration has grown; so do coordinates of their typical size.
+/// A vibration has grown if it moves the tip by this part of the length, or coordinates by their typical sizes.
 const GROWN: f64 = 1e-2;
 
-/// Vibrations that would have grown by less than this factor since the start are what the motion excites.
+/// Vibrations that could have grown only by less than this factor since the start are attributed to the motion itself.
 const LEAST_GROWTH: f64 = 100.0;
 
 /// Displacements by which the motion of the tip is measured, relative to typical coordinates.
@@ -41,7 +41,7 @@ struct Growing {
     frequency: f64,
     /// Natural logarithm of the factor by which it grows in a step.
     rate: f64,
-    /// Displacement per modal coordinate, relative to that of a grown one.
+    /// Effect of a unit modal coordinate, by [`size`]; more than [`GROWN`] means that the vibration has grown.
     size: f64,
     /// Mass times mass-normalised shape.
     momentum: Vec<f64>,
@@ -92,12 +92,12 @@ impl Growth {
         Some(Stop { status: Status::Unstable, message })
     }
 
-    /// Without vibrations, for those of a memory.
+    /// Without vibrations, to be filled from a memory.
     pub(super) fn empty(scheme: Scheme, dt: f64) -> Self {
         Self { dt, limit: scheme.stability_limit(), modes: Vec::new() }
     }
 
-    /// What goes on from step to step. `n` is the number of coordinates.
+    /// Serialises all data that persist from step to step. `n` is the number of coordinates.
     pub(super) fn serialise(&mut self, n: usize, tape: &mut Tape<'_>) {
         let mut count = self.modes.len();
         tape.below(n + 1, &mut count);
@@ -114,8 +114,8 @@ impl Growth {
     }
 }
 
-/// How far a modal coordinate of one moves the tip, relative to the length, or by how much of [`GROWN`] it changes coordinates
-/// relative to their typical sizes, whichever is more. Rods that twist need not move their tips.
+/// Displacement of the tip by a unit modal coordinate, relative to the length, or [`GROWN`] times the change of coordinates relative to
+/// their typical sizes, whichever is larger: rods that twist need not move their tips.
 fn size<M: Model>(model: &mut M, q: &[f64], mode: &Vibration) -> f64 {
     let typical = &model.facts().typical_coordinates;
     let of_coordinates = mode.shape.iter().zip(typical).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max);

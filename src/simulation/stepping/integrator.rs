@@ -21,7 +21,7 @@ use crate::simulation::balance::State;
 
 #[derive(Clone, Debug)]
 pub(super) enum Integrator<M> {
-    /// With the stepper before the last step where that may be taken back.
+    /// With the stepper before the last step if that may be taken back.
     Newmark {
         model: M,
         stepper: Box<newmark::Stepper>,
@@ -87,8 +87,8 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Makes one accepted step; `Some(status)` where the way is over. Lengths of tendons that do not stretch are smooth but over steps of fixed
-    /// size.
+    /// Makes one accepted step; `Some(status)` if the interval has ended. `lengths` says whether lengths of inextensible tendons jump over a
+    /// step of fixed size.
     pub(super) fn step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
         match self {
             Self::Newmark { model, stepper, before } => {
@@ -105,7 +105,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Closes loops that the last step has opened by its error. False where there are several ways to go on.
+    /// Closes loops that the last step has opened by its error. False at a singular position with several branches.
     pub(super) fn hold(&mut self) -> Result<bool, Interrupted> {
         match self {
             // Constraints are equations of their steps.
@@ -148,7 +148,7 @@ impl<M: Model> Integrator<M> {
         Ok(Some(flow))
     }
 
-    /// Whether its steps are of fixed size: what they were solved with pulls over the whole of each.
+    /// The multipliers with which the last step was solved, if steps are of fixed size: they act over the whole step.
     pub(super) fn pulls(&self) -> Option<&[f64]> {
         match self {
             Self::Newmark { stepper, .. } if stepper.has_fixed_steps() => Some(stepper.pulls()),
@@ -156,7 +156,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// What the energies have gained over the last step, of fixed size, and what damping has taken out, in joules.
+    /// The gain of energy over the last step of fixed size, and the energy dissipated by damping, in joules.
     pub(super) fn gain(&mut self) -> Result<[f64; 2], Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else {
             unreachable!("other steps end where lengths jump")
@@ -172,7 +172,7 @@ impl<M: Model> Integrator<M> {
         Ok([gained, damped])
     }
 
-    /// The multipliers of constraints at an end of the last step, if accelerations there are fitted to them.
+    /// The multipliers of constraints at an end of the last step, if accelerations there satisfy the constraints.
     pub(super) fn multipliers(&self, t: f64) -> Option<Vec<f64>> {
         let Self::Newmark { stepper, .. } = self else { return None };
         stepper.multipliers(t).map(<[f64]>::to_vec)
@@ -189,8 +189,8 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Goes on from this state, in which constraints have changed or velocities have jumped; `a` are accelerations, and
-    /// multipliers behind them.
+    /// Continues from this state, in which constraints have changed or velocities have jumped; `a` are accelerations followed by
+    /// multipliers.
     pub(super) fn restart(&mut self, [q, v, a]: [&[f64]; 3]) -> Result<(), Interrupted> {
         match self {
             Self::Newmark { stepper, .. } => {
@@ -206,7 +206,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Whether loops are so near to a singular position that no step of a method that chooses them may be small enough.
+    /// Whether loops are so near to a singular position that no step of an adaptive method may be small enough.
     pub(super) fn is_nearly_singular(&mut self) -> bool {
         match self {
             Self::Newmark { .. } => false,
@@ -222,7 +222,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Goes on to a later end, whatever the status was.
+    /// Continues to a later end, whatever the status was.
     pub(super) fn extend_to(&mut self, t_end: f64) {
         match self {
             Self::Newmark { stepper, .. } => stepper.extend_to(t_end),
@@ -239,7 +239,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Goes on in other coordinates where those at hand come near a singularity.
+    /// Continues with other rotation vectors if the present ones come near their singularity.
     pub(super) fn shorten_rotation_vectors(&mut self) {
         match self {
             Self::Newmark { model, stepper, .. } => stepper.shorten_rotation_vectors(model),
@@ -305,7 +305,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// What `observe` makes of the model and of its state now.
+    /// Calls `observe` with the model and its current state.
     pub(super) fn observe<T>(&mut self, observe: impl FnOnce(&mut M, State<'_>) -> T) -> T {
         match self {
             Self::Newmark { model, stepper, .. } => {
@@ -385,7 +385,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// A status of this method in words.
+    /// Description of a status of this method.
     pub(super) fn explain(&self, status: Status) -> String {
         match (self, status) {
             (Self::Newmark { stepper, .. }, Status::SecondOrder(status)) => stepper.explain(status),
@@ -395,12 +395,12 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// The scheme of steps of one size that follow vibrations.
+    /// The scheme of a method with steps of fixed size and inertia.
     pub(super) fn fixed_scheme(&self) -> Option<newmark::Scheme> {
         if let Self::Newmark { stepper, .. } = self { stepper.fixed_scheme() } else { None }
     }
 
-    /// This end of a step of the fixed size `dt`, or the corner that it is but for rounding.
+    /// This end of a step of the fixed size `dt`, or the corner from which it differs by rounding only.
     pub(super) fn end_at_corner(&self, end: f64, dt: f64) -> f64 {
         match self {
             Self::Newmark { model, stepper, .. } if stepper.has_fixed_steps() => {
@@ -444,7 +444,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// What goes on from step to step.
+    /// Serialises all data that persist from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         match self {
             Self::Newmark { model, stepper, .. } => stepper.serialise(model, tape),
@@ -454,9 +454,9 @@ impl<M: Model> Integrator<M> {
     }
 }
 
-/// Refuses members of the Newmark family that cannot hold constraints: without damping of what is infinitely fast,
-/// multipliers swing more from step to step (Cardona and Geradin 1989); without displacements that follow the accelerations
-/// there is nothing to hold them by.
+/// Refuses members of the Newmark family that cannot integrate constraints: without damping of infinite frequencies,
+/// multipliers oscillate with growing amplitude (Cardona and Geradin 1989); with beta = 0 displacements do not depend on the
+/// accelerations at the end of the step, and multipliers cannot correct them.
 fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     let (scheme, mut check) = (options.scheme, Checker::new());
     let expected = "a method that damps what is infinitely fast: \"generalised_alpha\" with rho_inf < 1, \"hht\" with alpha < 0, \
@@ -467,7 +467,7 @@ fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
     check.finish()
 }
 
-/// The model whose motions without inertia are computed; refuses what has no meaning there.
+/// The model of motions without inertia; refuses models and arguments that have no meaning there.
 pub(super) fn without_inertia<M: Model>(model: M, v0: &[f64]) -> Result<M, InvalidInput> {
     let mut check = Checker::new();
     let fastest = v0.iter().copied().fold(0.0, |most: f64, v| most.max(v.abs()));

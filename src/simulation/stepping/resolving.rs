@@ -25,7 +25,7 @@ const FIRST: f64 = 0.1;
 /// The time at which surfaces meet is found to that part of an impact.
 const AT_TOUCH: f64 = 1e-3;
 
-/// Halvings of a way at most until then.
+/// Maximum number of halvings until then.
 const MOST_HALVINGS: usize = 40;
 
 /// Numbers of this size relative to places and velocities are rounding, also of those that move along.
@@ -35,22 +35,22 @@ const ROUNDING: f64 = 1e-12;
 /// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
 const FREE_WORK: usize = 120_000;
 
-/// Beside these, one for so many others.
+/// In addition, one evaluation for this number of others.
 const OTHERS: usize = 2;
 
-/// A step is tried if that part of what the last one has taken in vain is allowed.
+/// A step is attempted if the allowed work is at least the work of the last failed attempt divided by this.
 const CHEAPER: usize = 4;
 
-/// How far impacts are resolved in a run.
+/// State of the resolution of impacts in a run.
 #[derive(Clone, Debug)]
 pub(super) struct Resolving {
     /// Evaluations so far.
     used: usize,
-    /// Those of the last step that took more than it was allowed.
+    /// Evaluations of the last step that took more than allowed.
     in_vain: usize,
-    /// Whether an impact that matters has not been resolved, because of its work.
+    /// Whether an impact that matters has not been resolved, because it would have taken too much work.
     is_exhausted: bool,
-    /// If the last step was resolved and ended within an impact, how long that takes, in seconds: what is pressed is yet to be given back.
+    /// If the last step was resolved and ended within an impact, the duration of this impact in seconds, which the next step continues.
     going_on: f64,
     /// Tolerances of velocities in the last step that was resolved.
     tolerances: Vec<f64>,
@@ -74,7 +74,7 @@ pub(super) struct Resolved {
     pub(super) touches: bool,
 }
 
-/// Tangents count as evaluations of this number.
+/// Work of a tangent, in evaluations.
 const TANGENT: usize = 5;
 
 fn work_of(counters: &Counters) -> usize {
@@ -121,12 +121,12 @@ impl Resolving {
         self.going_on = if matters(parting) { parting.impact } else { 0.0 };
     }
 
-    /// Whether impacts that matter have not been resolved, because that would have taken too much work.
+    /// Whether an impact that matters has not been resolved, because it would have taken too much work.
     pub(super) fn is_exhausted(&self) -> bool {
         self.is_exhausted
     }
 
-    /// Evaluations that may be made for a step of this model, in a run that has taken this work in all; none where that is not worth a try.
+    /// Number of evaluations allowed for a step of this model, in a run with this total work; zero if an attempt is not worthwhile.
     pub(super) fn allowed(&mut self, facts: &Facts, work: &Counters) -> usize {
         let others = work_of(work).saturating_sub(self.used);
         let free = FREE_WORK / (facts.n * facts.parts.len().max(1)).max(1);
@@ -235,7 +235,7 @@ impl Way {
         Ok(())
     }
 
-    /// Whether the step that was made goes beyond where surfaces let go: it is taken back then, and the next one ends there.
+    /// Whether surfaces have separated within the step: it is then taken back, and the next one ends there.
     fn has_let_go<M: Model>(
         &mut self,
         model: &mut M,
@@ -265,7 +265,7 @@ impl Way {
     }
 }
 
-/// Halves an interval, at whose end something is found that is not there at its beginning, to this length.
+/// Bisects an interval, at whose end a condition holds that does not hold at its beginning, to this length.
 fn change(
     [mut before, mut behind]: [f64; 2],
     length: f64,

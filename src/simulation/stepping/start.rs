@@ -16,7 +16,7 @@ pub(crate) struct Start {
 }
 
 impl Start {
-    /// The closest state with closed loops. Rejects a state from which loops cannot be closed.
+    /// The nearest state with closed loops. Rejects a state from which loops cannot be closed.
     pub(crate) fn fitted<M: Model>(
         model: &mut M,
         t: f64,

@@ -16,7 +16,7 @@ pub enum Status {
     AccuracyNotReached,
     /// The motion reached a shape that the quadrature nodes do not resolve.
     Unresolved,
-    /// The motion turned the rod inside out.
+    /// The motion compressed a rod through zero length.
     Inverted,
     /// A tendon pulled two points together, so that its force has no direction.
     Collapsed,
@@ -26,11 +26,11 @@ pub enum Status {
     Sunk,
     /// Closed loops are at a singular position that the method cannot pass.
     Singular,
-    /// Tendons that do not stretch become taut and slack again without an end.
+    /// Inextensible tendons become taut and slack again endlessly.
     Chattering,
-    /// Stability would force more steps on an explicit method than are sensible.
+    /// Stability would require an unreasonable number of steps of an explicit method.
     Stiff,
-    /// A conditionally stable method has let a vibration grow, with steps beyond its limit of stability.
+    /// A vibration has grown in a conditionally stable method, because steps exceed its limit of stability.
     Unstable,
     /// The limit of wall-clock time was reached.
     TimeLimit,
@@ -125,7 +125,7 @@ impl Stop {
         Self { status: Status::Singular, message }
     }
 
-    /// The same with tendons that do not stretch.
+    /// The same with inextensible tendons.
     pub(crate) fn at_jump_or_singular_position(t: f64) -> Self {
         let message = format!(
             "Near t = {} the length of a tendon that does not stretch jumps, or constraints pass a singular position, where there \
@@ -136,7 +136,7 @@ impl Stop {
         Self { status: Status::Singular, message }
     }
 
-    /// Where a tendon of given length is longer by so much, although no step was.
+    /// Where a tendon of given length is too long by `by` and no shorter step helps.
     pub(crate) fn where_too_long(t: f64, by: f64) -> Self {
         let message = format!(
             "At t = {} the length of a tendon that does not stretch jumps, by {by:.1e} m away from the length of its path: no finite force \
@@ -147,7 +147,7 @@ impl Stop {
         Self { status: Status::Open, message }
     }
 
-    /// Where tendons of given length, with closed loops, leave no motion.
+    /// Where tendons of given length and closed loops contradict each other.
     pub(crate) fn at_conflict(t: f64) -> Self {
         let message = format!(
             "At t = {} no motion keeps all tendons that do not stretch as short as they are told: their lengths, or those and \
@@ -157,7 +157,7 @@ impl Stop {
         Self { status: Status::Open, message }
     }
 
-    /// Where tendons become taut and slack again without an end.
+    /// Where tendons become taut and slack again endlessly.
     pub(crate) fn at_chatter(t: f64) -> Self {
         let message = format!(
             "Near t = {} tendons that do not stretch become taut and slack again ever faster. Take \
@@ -167,9 +167,9 @@ impl Stop {
         Self { status: Status::Chattering, message }
     }
 
-    /// At a state that means nothing.
+    /// At an invalid state; `None` if the state is valid.
     pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
-        // Of a slack tendon nothing else becomes NaN.
+        // A non-finite command of a slack tendon makes nothing else NaN.
         if model.facts().is_one_sided
             && let Some(what) = model.not_finite()
         {

@@ -23,7 +23,8 @@ use crate::model::{Energy, ForwardScratch, Model, Overlap, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
 
-/// Steps of fixed size from rest gain at most about this part of the velocity over which friction at rest falls: by a percent of the difference.
+/// Longest step of fixed size relative to the sticking time of static friction: a step from rest then gains at most about this part of the
+/// Stribeck velocity, at which friction has fallen by a percent of the difference between static and kinetic friction.
 const STICKING: f64 = 0.2;
 
 /// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
@@ -41,7 +42,7 @@ pub struct Run<M> {
     /// End times of single steps.
     grid: Grid,
     inputs: Vec<f64>,
-    /// Those before the last jump.
+    /// Inputs before the last jump.
     inputs_before: Vec<f64>,
     inputs_have_jumped: bool,
     /// Accelerations after a jump of the inputs.
@@ -95,7 +96,7 @@ impl<M: Model> Run<M> {
         let start = Start::fitted(&mut model, t_span.0, q0, v0)?;
         let (q0, v0) = (&start.q[..], &start.v[..]);
         model.check_shape(q0, "q0")?;
-        // What a function of time raises is met by the run.
+        // The run reports errors of functions of time.
         if model.facts().has_contact
             && model.set_time(t_span.0).is_ok()
             && let Some(flaw) = model.deep_penetration(q0)
@@ -203,7 +204,7 @@ impl<M: Model> Run<M> {
             self.inputs.copy_from_slice(inputs);
             self.integrator.model().set_inputs(inputs);
             self.inputs_have_jumped = true;
-            // What inputs add to the energy in jumps is not known here.
+            // The work of jumps of inputs is unknown here.
             (self.energy, self.supply) = (None, None);
             self.is_watched = self.steps() > 0;
         }
@@ -319,13 +320,13 @@ impl<M: Model> Run<M> {
         Some(self.stop.insert(stop).status)
     }
 
-    /// The watch on the energy, if steps are of one size.
+    /// The energy watch, if steps are of one size.
     fn watch(&mut self) -> Option<Box<EnergyWatch>> {
         let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
         self.integrator.observe(|model, state| EnergyWatch::new(model, state, scheme, dt)).map(Box::new)
     }
 
-    /// The watch on what is prescribed, if steps are of one size.
+    /// The watch on prescribed motions, if steps are of one size.
     fn follow(&mut self) -> Option<Box<Carried>> {
         let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
         self.integrator.observe(|model, state| Carried::new(model, state, scheme, dt)).map(Box::new)
@@ -343,13 +344,13 @@ impl<M: Model> Run<M> {
         })
     }
 
-    /// Takes note of the energy after a step; `supplied` is what loads have supplied so far at most.
+    /// Examines the energy after a step; `supplied` is an upper bound of the energy supplied by loads.
     pub(crate) fn look(&mut self, supplied: f64) -> Result<(), Interrupted> {
         let Self { integrator, energy: Some(energy), .. } = self else { return Ok(()) };
         integrator.observe(|model, state| energy.step(model, state, supplied))
     }
 
-    /// Like [`Self::step`], and takes note of the energy.
+    /// Like [`Self::step`], with an examination of the energy.
     pub fn watched_step(&mut self) -> Result<Option<Status>, Interrupted> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
@@ -380,7 +381,8 @@ impl<M: Model> Run<M> {
         Ok(status)
     }
 
-    /// Makes velocities and accelerations jump with prescribed ones, loads and commands. What prescribes them does the work that the energies gain.
+    /// Makes velocities and accelerations jump with prescribed ones, loads and commands. The gain of energy is the work of the prescribed
+    /// motion.
     fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
         let before = self.observe(|model, state| -> Result<f64, Interrupted> {
             // An earlier run of the model may have passed it.
@@ -430,7 +432,7 @@ impl<M: Model> Run<M> {
         let Self { integrator, jumped, scratch, .. } = self;
         let found = integrator.observe(|model, state| {
             model.set_time(state.t)?;
-            // Whatever comes of states whose squares overflow, no balance could be told.
+            // The energies of states whose squares overflow are unknown.
             if !model.energy(state.q, state.v).total().is_finite() {
                 return Ok(Some(Stop::without_energy(state.t)));
             }
@@ -456,7 +458,7 @@ impl<M: Model> Run<M> {
             .reduce(|[lost, work], [more_lost, more]| [lost + more_lost, work + more])
     }
 
-    /// Writes the state with rotation vectors no longer than pi, where a step has passed that. The next step would.
+    /// Shortens rotation vectors that have become longer than pi in a step, as the next step would.
     pub fn shorten_rotation_vectors(&mut self) {
         self.integrator.shorten_rotation_vectors();
     }
@@ -547,8 +549,8 @@ impl<M: Model> Run<M> {
         known.or_else(|| integrator.observe(of_losses)).or(of_sticking)
     }
 
-    /// Why what friction at rest should hold may slide: a step of fixed size from rest, where friction is none yet, gains a velocity at which it has
-    /// begun to fall.
+    /// Why bodies that static friction should hold may slide: in a step of fixed size from rest, where friction is still zero, they gain a
+    /// velocity at which friction has begun to fall.
     fn sticks_too_little(&mut self) -> Option<String> {
         self.integrator.fixed_scheme()?;
         let (dt, time) = (self.dt, self.integrator.model().facts().sticking_time);
@@ -579,12 +581,12 @@ impl<M: Model> Run<M> {
         message
     }
 
-    /// What to change where contacts have been too soft, and what holds a run that has failed: sentences, or nothing.
+    /// Advice about contacts that were too soft, and about the cause of a failed run: sentences, or nothing.
     pub fn advice_at_end(&mut self, status: Status, deepest: Option<Overlap>) -> String {
         let has_failed = !status.is_success() && !status.is_interrupted();
         let dt = self.dt;
         self.observe(|model, State { q, v, .. }| {
-            // Steps into a first touch begin where nothing touches.
+            // A step into a first contact starts without contact: also examine the shape after the step.
             let ahead: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + dt * v).collect();
             let shapes = [q, &ahead[..]];
             model.advice_at_end(if has_failed { &shapes } else { &[] }, deepest)
@@ -680,7 +682,7 @@ impl<M: Model> Run<M> {
 
     fn serialise_growth(&mut self, tape: &mut Tape<'_>) {
         let Some(scheme) = self.integrator.fixed_scheme() else { return };
-        // Versions before do not know it.
+        // Memories of earlier versions lack it.
         if scheme.stability_limit().is_finite() && !tape.is_over() {
             let (n, blank) = (self.q().len(), Box::new(Growth::empty(scheme, self.dt)));
             tape.optional(&mut self.growth, blank, |tape, growth| growth.serialise(n, tape));
@@ -691,7 +693,7 @@ impl<M: Model> Run<M> {
         let (is_fixed, has_stepped) = (self.integrator.pulls().is_some(), self.steps() > 0);
         let Some(changes) = &mut self.changes else { return };
         if is_fixed && tape.is_over() {
-            // Versions before changed active sets within such steps: they are found anew.
+            // Memories of earlier versions lack it, because active sets changed within such steps: they are found again.
             (changes.has_begun, changes.due) = (has_stepped, has_stepped.then_some(None));
             return;
         }

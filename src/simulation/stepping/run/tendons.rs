@@ -1,4 +1,4 @@
-//! Tendons that do not stretch: steps end where they become slack or taut.
+//! Steps with inextensible tendons, which end where a tendon becomes slack or taut.
 
 use super::super::changes::{ASTRAY, Changes, Verdict, judge};
 use super::super::following::Search;
@@ -13,11 +13,11 @@ use crate::model::Model;
 use crate::model::constraint::one_sided::{self, TAUT, Unsettled};
 use crate::simulation::balance::State;
 
-/// A step of this part of the interval is not shortened further if a taut tendon misses its length: the length jumps.
+/// If a taut tendon misses its length in a step of this part of the interval, the length jumps: the step is not shortened further.
 const SHORTEST: f64 = 1e-9;
 
-/// Changes of lengths over a step that differ by more than this part from those by the rates at its ends are jumps: rates of what steps
-/// resolve are twice as near.
+/// The change of a length over a step is a jump if it differs from that by the rates at both ends by more than this part; for resolved
+/// motions the difference is at most half of this.
 const UNEVEN: f64 = 0.25;
 
 impl<M: Model> Run<M> {
@@ -121,8 +121,8 @@ impl<M: Model> Run<M> {
         Ok(changes.jumps)
     }
 
-    /// Makes a step of fixed size over which lengths jump, with the active set that fits best: without memory if a slack tendon becomes
-    /// taut. Forces are impulses there, whose work is known by what the energies gain alone.
+    /// Makes a step of fixed size over which lengths jump, with the active set that fits best; without memory if a slack tendon becomes
+    /// taut. Forces are impulses there, whose work is known from the gain of energy only.
     pub(super) fn step_over_jump(&mut self) -> Result<Option<Status>, Interrupted> {
         let steps = self.steps();
         let status = self.follow_jump()?;
@@ -132,7 +132,7 @@ impl<M: Model> Run<M> {
         Ok(status)
     }
 
-    /// Takes what energies have gained over the last step for work, and what they have lost for dissipated.
+    /// Counts a gain of energy over the last step as work, and a loss as dissipated.
     fn balance_jump(&mut self) -> Result<(), Interrupted> {
         let [gained, damped] = self.integrator.gain()?;
         let work = gained + damped;
@@ -142,7 +142,7 @@ impl<M: Model> Run<M> {
         Ok(())
     }
 
-    /// Whether lengths of taut tendons have jumped within the last step, or their rates at its ends say nothing of how they have changed.
+    /// Whether lengths of taut tendons have jumped within the last step, or their changes do not follow from the rates at its ends.
     fn lengths_have_jumped(&mut self) -> Result<bool, Interrupted> {
         let t_old = self.integrator.t_old();
         self.integrator.observe(|model, State { t, q, .. }| {
@@ -211,8 +211,8 @@ impl<M: Model> Run<M> {
         Ok(status)
     }
 
-    /// Makes a step with these tendons taut, after one that began with others. Returns tensions and excesses at its end, if that means
-    /// anything.
+    /// Makes a step with the tendons `held` taut; at its start those in `start` are. Returns tensions and excesses at its end if it was
+    /// made and the end is valid.
     #[allow(clippy::type_complexity, reason = "a status and the end")]
     fn step_with(
         &mut self,
@@ -238,7 +238,7 @@ impl<M: Model> Run<M> {
         Ok((status, Some([pulls, excesses])))
     }
 
-    /// Takes note of how much a tendon is too long, in units of the length of what it joins.
+    /// Records the excess of a tendon over its length, in units of the length of what it joins.
     fn miss(&mut self, by: f64) {
         let t = self.t();
         if let Some(changes) = &mut self.changes
@@ -293,7 +293,8 @@ impl<M: Model> Run<M> {
             return Ok(None);
         }
         if is_fixed {
-            // A plate that rocks on two cords comes to rest by infinitely many impacts: over the rest of this step they pull, or not.
+            // A plate that rocks on two cords comes to rest through infinitely many impacts: each cord pulls over the rest of this step, or
+            // not at all.
             changes.jumps = true;
             return Ok(None);
         }
@@ -312,7 +313,7 @@ impl<M: Model> Run<M> {
     }
 }
 
-/// Which of so many tendons are taut.
+/// For each of this number of tendons, whether it is taut.
 fn held_tendons<M: Model>(model: &M, tendons: usize) -> Vec<bool> {
     let held = model.held();
     held[held.len() - tendons..].to_vec()
@@ -326,7 +327,7 @@ fn hold_tendons<M: Model>(model: &mut M, held: &[bool]) {
     model.release(&all);
 }
 
-/// Whether a tendon pushed over the last step, which is of fixed size, harder than any has pulled: its length has jumped.
+/// Whether a tendon pushed over the last step of fixed size with more than the largest tension so far: its length has jumped.
 fn has_pushed<M: Model>(integrator: &Integrator<M>, changes: &Changes) -> bool {
     integrator.pulls().is_some_and(|pulls| pulls.iter().any(|pull| -pull > changes.largest_tension))
 }
