@@ -17,8 +17,8 @@ const STEPS_AFTER_STOP: usize = 2;
 /// largest kinetic energy.
 const EXCITED: f64 = 1e-3;
 
-/// Impacts matter if surfaces stay apart for more than this number of steps afterwards. Stopping shorter rebounds loses a height of
-/// at most `2 g dt^2`, four times the error of a step without memory.
+/// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
+/// what a step without memory does.
 const FLIGHT: f64 = 4.0;
 
 /// Whether impacts matter with this parting of the surfaces: a criterion that only involves the colliding parts, the same in any frame.
@@ -234,8 +234,8 @@ impl Unilateral {
         Ok(model.gains_energy(ends.before(), ends.after(), ends.h, beside))
     }
 
-    /// Whether a step after resolved impacts excites vibrations that it does not resolve: its change of the accelerations is too large
-    /// compared with the velocities ([`EXCITED`]).
+    /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
+    /// velocities can bear.
     pub(super) fn is_excited<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -318,7 +318,7 @@ impl Unilateral {
         Ok(())
     }
 
-    /// How the surfaces that met in the last step of fixed size would part again.
+    /// How what has met in the last step of fixed size would part again.
     pub(crate) fn parting(&self) -> Parting {
         self.parting
     }

@@ -40,7 +40,7 @@ const LARGEST_GAMMA: f64 = 1.5;
 /// HHT is unconditionally stable for alpha in [-1/3, 0] (Hilber, Hughes and Taylor 1977).
 const SMALLEST_HHT_ALPHA: f64 = -1.0 / 3.0;
 
-/// Largest deviation of gamma from the value of order 2 at which a scheme counts as of order 2.
+/// A gamma within that distance of the one of order 2 has order 2.
 const ORDER_TOLERANCE: f64 = 1e-12;
 
 impl Scheme {

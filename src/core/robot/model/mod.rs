@@ -40,8 +40,7 @@ const LARGEST_GAIN: f64 = 0.05;
 /// the overlaps, which corresponds to a hundredth of the speed of a vibration with that energy.
 const AT_REST: f64 = 1e-4;
 
-/// A step that gains more than this part of its kinetic and elastic energy has not been solved: the error of the backward Euler
-/// method is a loss.
+/// One whose end has gained this part of its kinetic and elastic energy is no solution: errors of the backward Euler method are losses.
 const EXPLOSION: f64 = 0.5;
 
 /// A compiled robot, ready for simulation: rods and rigid bodies with joints. Clones share constant data and

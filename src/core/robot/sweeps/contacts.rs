@@ -176,7 +176,7 @@ impl<G: Turning> Sweeps<G> {
         query::note_openings(&self.plan, &mut self.work);
     }
 
-    /// How touching surfaces separate again in a motion of the same shape, with steps of size `h`.
+    /// How surfaces that touch in a motion of the same shape part again, in steps of size `h`.
     pub(crate) fn parting(&mut self, motion: [&[f64]; 3], since: f64, h: f64, by_weight: bool) -> Parting {
         self.update_motion(motion);
         query::parting(&self.plan, &self.work, since, h, by_weight)

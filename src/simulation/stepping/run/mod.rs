@@ -381,8 +381,7 @@ impl<M: Model> Run<M> {
         Ok(status)
     }
 
-    /// Makes velocities and accelerations jump with prescribed ones, loads and commands. The gain of energy is the work of the prescribed
-    /// motion.
+    /// Makes velocities and accelerations jump with prescribed ones, loads and commands. What prescribes them does the work that the energies gain.
     fn jump(&mut self, corner: f64) -> Result<Option<Status>, Interrupted> {
         let before = self.observe(|model, state| -> Result<f64, Interrupted> {
             // An earlier run of the model may have passed it.

@@ -96,7 +96,7 @@ pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
     work.effects.contact.touches.iter().any(moves)
 }
 
-/// Stores the accelerations with which touching surfaces separate, with the motion up to date.
+/// Takes down with which accelerations surfaces that touch open, the motion up to date.
 pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut openings = std::mem::take(&mut work.effects.contact.openings);
     openings.clear();
@@ -104,9 +104,9 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
     work.effects.contact.openings = openings;
 }
 
-/// How surfaces separate again whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to date;
-/// stored are the rates of distances at its start, the time `since` earlier, and the accelerations of separation without contact
-/// forces.
+/// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
+/// date; cached are the rates of their distances at its beginning, the time `since` ago, and the
+/// accelerations with which they open without contact forces.
 ///
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
