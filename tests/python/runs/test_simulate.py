@@ -406,7 +406,10 @@ def test_any_array_will_do(make):
         ("beta: got 2, expected", {"beta": 2.0}),
         ('rho_inf: .*"newmark" has no rho_inf', {"rho_inf": 0.5}),
         ("alpha: got 1, ", {"method": "hht", "alpha": 1.0}),
-        ("beta: an option of the Newmark family, which the method .rk45. does not have", {"method": "rk45", "beta": 0.3}),
+        (
+            "beta: an option of the Newmark family, which the method .rk45. does not have",
+            {"method": "rk45", "beta": 0.3},
+        ),
         ("gamma: .*an option of the Newmark family", {"method": "radau", "gamma": 0.6}),
         ("alpha: .*an option of the Newmark family", {"method": "radau", "alpha": -0.1}),
         ("rho_inf: .*an option of the Newmark family", {"method": "dop853", "rho_inf": 0.1}),
