@@ -2,11 +2,12 @@
 
 use std::ops::Range;
 
-use super::{Curve, Unreached};
+use super::points::Curve;
 use crate::analysis::reach;
 use crate::analysis::reach::{Target, reach};
 use crate::analysis::statics::Monitor;
 use crate::description::rod::{STRAINS, Segment, piece};
+use crate::error::{Interrupted, InvalidInput};
 use crate::numerics::lie::{Quaternion, Rotation, Vector};
 use crate::numerics::linalg::{Cholesky, Matrix};
 use crate::robot::{Link, Robot, RobotModel};
@@ -20,6 +21,24 @@ const RIDGE: f64 = 1e-10;
 
 /// Sines below this are zero: directions that agree, or are opposite.
 const NO_SINE: f64 = 1e-12;
+
+/// Why no initial coordinates were found.
+pub(super) enum Unreached {
+    Input(InvalidInput),
+    Interrupted,
+}
+
+impl From<InvalidInput> for Unreached {
+    fn from(error: InvalidInput) -> Self {
+        Self::Input(error)
+    }
+}
+
+impl From<Interrupted> for Unreached {
+    fn from(_: Interrupted) -> Self {
+        Self::Interrupted
+    }
+}
 
 /// Points with their arc lengths and directions.
 pub(super) struct Start {

@@ -6,6 +6,7 @@ mod carriers;
 pub mod described;
 mod driven;
 mod inertia;
+mod length;
 mod link;
 mod mimic;
 mod named;

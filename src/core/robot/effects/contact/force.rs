@@ -29,16 +29,6 @@ use crate::robot::turning::{Turning, columns};
 /// The contacts of a plan.
 pub(crate) struct ContactForces;
 
-/// Wrenches, about the origin, that the two sides of a contact point require against it.
-pub(super) fn needs<G: Turning>(plan: &Plan<G>, touch: &Touch) -> [Wrench<G, f64>; 2] {
-    let wrenches = touch.contact_point.wrenches(&touch.contact_force);
-    std::array::from_fn(|s| {
-        let [moment, force] = wrenches[s];
-        let moment = moment + touch.centres[s].cross(force);
-        Wrench { moment: G::axial_of(plan.frame, -moment), force: G::vector_of(plan.frame, -force) }
-    })
-}
-
 /// Links the contact points along each piece.
 fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     let ContactState { touches, first_along, next_along, .. } = contact;
@@ -69,7 +59,7 @@ pub(crate) fn carry<G: Turning>(
         let (t, s) = (place / 2, place % 2);
         let touch = &contact.touches[t];
         if let Standing::Along { curve, .. } = touch.sides[s] {
-            let need = needs(plan, touch)[s];
+            let need = touch.needs::<G>(plan.frame)[s];
             sum += need;
             let need = need.splat();
             let inverse_weights = &plan.effects.contacts.curves[curve].inverse_weights;
@@ -127,7 +117,7 @@ impl<G: Turning> PartialWrench<G> for ContactForces {
             let (touch, s) = (&contact.touches[at / 2], at % 2);
             if let Standing::Along { curve, x } = touch.sides[s] {
                 let cut = (place.x - x) * plan.effects.contacts.curves[curve].length;
-                sum = sum.add_scaled(needs(plan, touch)[s], beyond_cut(plan, work, touch, s, cut));
+                sum = sum.add_scaled(touch.needs::<G>(plan.frame)[s], beyond_cut(plan, work, touch, s, cut));
             }
             next = contact.next_along[at];
         }
@@ -152,7 +142,7 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         super::detection::find(plan, work);
         link(plan, &mut work.effects.contact);
         for touch in &work.effects.contact.touches {
-            for (standing, need) in touch.sides.iter().zip(needs(plan, touch)) {
+            for (standing, need) in touch.sides.iter().zip(touch.needs::<G>(plan.frame)) {
                 if let Standing::On(fixture) = *standing
                     && let Some(point) = plan.effects.contacts.fixtures[fixture].point
                 {

@@ -12,7 +12,6 @@
 use std::ops::Range;
 
 use super::curve::Shape;
-use super::force::needs;
 use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, Wrench};
 use crate::robot::algebra::tie::Motion;
 use crate::robot::effects::contact::shapes::distance::SHORTEST;
@@ -68,7 +67,7 @@ pub(super) fn find<G: Turning>(
         *pack = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
     }
     shares[piece.coordinates()].fill(0.0);
-    columns::add_powers(work, piece, at, needs(plan, touch)[1], shares);
+    columns::add_powers(work, piece, at, touch.needs::<G>(plan.frame)[1], shares);
     slides.fill(0.0);
     let of_slope = Wrench {
         moment: G::axial_of(plan.frame, centre.cross(slide.of_slope)),

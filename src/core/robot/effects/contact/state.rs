@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector};
+use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector, Wrench};
 use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
@@ -150,6 +150,18 @@ pub(crate) struct Touch {
     pub(crate) share: Option<Share>,
     pub(crate) contact_point: ContactPoint,
     pub(crate) contact_force: ContactForce,
+}
+
+impl Touch {
+    /// Wrenches, about the origin, that the two sides of a contact point require against it.
+    pub(super) fn needs<G: Geometry>(&self, frame: G::Frame) -> [Wrench<G, f64>; 2] {
+        let wrenches = self.contact_point.wrenches(&self.contact_force);
+        std::array::from_fn(|s| {
+            let [moment, force] = wrenches[s];
+            let moment = moment + self.centres[s].cross(force);
+            Wrench { moment: G::axial_of(frame, -moment), force: G::vector_of(frame, -force) }
+        })
+    }
 }
 
 /// A place of the rule that integrates over an interval of a rod.
