@@ -27,8 +27,8 @@ use crate::simulation::balance::{FlowMeter, State};
 /// Stribeck velocity, at which friction has fallen by a percent of the difference between static and kinetic friction.
 const STICKING: f64 = 0.2;
 
-/// A motion of a model that goes on as far as it is told, with inputs that are held on the way: state in, inputs in, steps,
-/// state out. It has a model of its own. All its memory is there after [`Self::begin`].
+/// A simulation advanced interval by interval, with inputs held constant in each: state in, inputs in, steps, state out. It owns its
+/// model, and allocates its memory before the end of [`Self::begin`].
 ///
 /// The part of a run from one call of [`Self::begin_interval`] to its end time is an interval. Methods with adaptive steps
 /// end a step there; fixed steps divide the interval into equal steps of size `dt`, or shorter if `dt` does not
