@@ -73,9 +73,14 @@ pub(crate) struct Curve<P> {
 }
 
 impl Pair {
-    /// The stiffness with which a force presses the surfaces into each other by their thickness.
+    /// The stiffness with which a force presses the surfaces into each other by their soft depth.
     pub(crate) fn yielding_to(&self, force: f64) -> f64 {
-        force / self.thickness.powi(self.power)
+        force / self.soft_depth.powi(self.power)
+    }
+
+    /// The depth to which the same force presses what is stiffer by this factor, but no less than the thickness.
+    pub(crate) fn depth_of_stiffer(&self, factor: f64) -> f64 {
+        (self.soft_depth * factor.powf(-1.0 / f64::from(self.power))).max(self.thickness)
     }
 }
 
@@ -188,6 +193,8 @@ pub(crate) struct Pair {
     /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
     pub(crate) thickness: f64,
     pub(crate) power: i32,
+    /// By how much soft contacts, from which searches for equilibria begin, may overlap: no less than the thickness.
+    pub(crate) soft_depth: f64,
     /// For a rod with itself, the distance along it in metres below which sections do not touch each other.
     pub(crate) neighbourhood: f64,
     /// Coordinates that move either side, in ascending order, as ranges of consecutive ones.

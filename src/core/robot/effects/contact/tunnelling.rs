@@ -94,7 +94,8 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
         return true;
     }
     let ways = Ways { plan, q: &work.kinematics_of, contact: &work.effects.contact, measure };
-    plan.effects.contacts.pairs.iter().any(|pair| match &pair.sides {
+    let depths = work.effects.contact.depths.iter();
+    plan.effects.contacts.pairs.iter().zip(depths).any(|(pair, depth)| match &pair.sides {
         [Side::Rod(_), Side::Rod(_)] => false,
         [Side::Rod(curves), Side::Ball(ball)] => {
             let (there, other) = (ways.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
@@ -122,7 +123,8 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
                 solid.can_be_passed()
                     && solid.distance(centre).value <= radius
                     && ways.parts(c).any(|part| {
-                        Patch(part.ways).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
+                        let measure = measure.beside(part.thin, solid).max(*depth);
+                        Patch(part.ways).is_deep_in(solid, part.thin, measure)
                     })
             })
         }
