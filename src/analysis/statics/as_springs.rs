@@ -255,7 +255,7 @@ impl InContact for AsSprings<'_> {
         self.model.leave_contact(is_left);
     }
 
-    fn soften_contact(&mut self, forces: Option<(&[f64], f64)>) -> bool {
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
         self.model.soften_contact(forces)
     }
 

@@ -9,7 +9,7 @@ use crate::analysis::natural;
 use crate::model::{Static, chart};
 use crate::numerics::linalg::Matrix;
 
-/// Stiffness of the softest contacts, over that with which the forces press surfaces into each other by as much as they may overlap.
+/// Stiffness of the softest contacts: with this part of it the forces would press surfaces into each other by their thickness.
 const FIRST: f64 = 0.3;
 
 /// Factor between stiffnesses, unless overlaps are so small that a shape hardly depends on them.
@@ -47,21 +47,20 @@ pub(super) enum Rung {
 
 /// Softened contacts of a search, which begins at a shape.
 pub(super) struct Ladder {
-    /// This part of the forces on every pair of surfaces, newtons.
+    /// Forces on every pair of surfaces, newtons.
     forces: Vec<f64>,
-    /// By how much contacts are stiffer than the softest ones.
-    factor: f64,
+    part: f64,
 }
 
 impl Ladder {
     pub(super) fn new(model: &mut dyn Static, q: &[f64]) -> Self {
-        let forces = forces_on_contacts(model, q).into_iter().map(|force| FIRST * force).collect();
-        Self { forces, factor: 1.0 }
+        Self { forces: forces_on_contacts(model, q), part: FIRST }
     }
 
     /// Softens the contacts for the next search. False if they are not softer than they are themselves.
     pub(super) fn soften(&self, model: &mut dyn Static) -> bool {
-        model.soften_contact(Some((&self.forces, self.factor)))
+        let limits: Vec<f64> = self.forces.iter().map(|force| self.part * force).collect();
+        model.soften_contact(Some(&limits))
     }
 
     /// What a shape, in which a search has ended, is for the next one: surfaces overlap there by this part of their thickness, and by
@@ -75,7 +74,7 @@ impl Ladder {
             (false, _) if is_sound => Rung::Start,
             _ => Rung::Dropped,
         };
-        self.factor *= if has_converged && overlap > 0.0 { FACTOR.max(overlap.recip()) } else { FACTOR };
+        self.part *= if has_converged && overlap > 0.0 { FACTOR.max(overlap.recip()) } else { FACTOR };
         rung
     }
 }

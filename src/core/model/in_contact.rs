@@ -52,12 +52,11 @@ pub trait InContact: Dynamics {
     /// Disables contact forces, or enables them again.
     fn leave_contact(&mut self, is_left: bool);
 
-    /// Softens contacts: surfaces are no stiffer than a factor times those that such a force, in newtons for every pair of
-    /// [`Self::shifts_of_contact`], presses into each other by their thickness, and thin rods into solids by a part of the length. `None`
-    /// undoes that. Returns whether any are softer than they are.
-    fn soften_contact(&mut self, forces: Option<(&[f64], f64)>) -> bool;
+    /// Softens contacts: surfaces are no stiffer than those that such a force, in newtons for every pair of [`Self::shifts_of_contact`],
+    /// presses into each other by their thickness. `None` undoes that. Returns whether any are softer than they are.
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool;
 
-    /// The largest overlap in a shape over the thickness of the thinner surface, or over the depth to which contacts are softened, of all and of those that have two sides, unlike a
+    /// The largest overlap in a shape over the thickness of the thinner surface, of all and of those that have two sides, unlike a
     /// half-space; zero if nothing touches.
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2];
 

@@ -156,7 +156,7 @@ impl<M: Smooth> InContact for M {
 
     fn leave_contact(&mut self, _is_left: bool) {}
 
-    fn soften_contact(&mut self, _forces: Option<(&[f64], f64)>) -> bool {
+    fn soften_contact(&mut self, _forces: Option<&[f64]>) -> bool {
         false
     }
 

@@ -61,7 +61,7 @@ impl InContact for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
-    fn soften_contact(&mut self, forces: Option<(&[f64], f64)>) -> bool {
+    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
         self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
     }

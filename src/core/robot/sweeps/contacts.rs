@@ -70,35 +70,27 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
-    /// Surfaces are no stiffer, pair by pair, than a factor times what these forces press into each other by their soft depth; `None`
-    /// undoes that. Returns whether any are softer than their own stiffness.
-    pub(crate) fn soften_contact(&mut self, forces: Option<(&[f64], f64)>) -> bool {
+    /// Surfaces are no stiffer than those that such a force, pair by pair, presses into each other by their thickness; `None` undoes
+    /// that. Returns whether any are softer than their own stiffness.
+    pub(crate) fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
         self.work.motion_is_known = false;
-        let contact = &mut self.work.effects.contact;
-        let softened = contact.stiffest.iter_mut().zip(&mut contact.depths);
+        let pairs = self.plan.effects.contacts.pairs.iter().zip(&mut self.work.effects.contact.stiffest);
         let mut is_softer = false;
-        for (p, (pair, (stiffest, depth))) in
-            self.plan.effects.contacts.pairs.iter().zip(softened).enumerate()
-        {
-            let soft = |(forces, factor): (&[f64], f64)| {
-                (factor * pair.yielding_to(forces[p]), pair.depth_of_stiffer(factor))
-            };
-            (*stiffest, *depth) = forces.map_or((f64::INFINITY, 0.0), soft);
+        for (p, (pair, stiffest)) in pairs.enumerate() {
+            *stiffest = forces.map_or(f64::INFINITY, |forces| pair.yielding_to(forces[p]));
             is_softer |= *stiffest < pair.law.stiffness;
         }
         is_softer
     }
 
-    /// The largest overlap over the thickness of the thinner surface, or over the depth to which it is softened: of all, and of those
-    /// that have two sides.
+    /// The largest overlap over the thickness of the thinner surface: of all, and of those that have two sides.
     pub(crate) fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         self.find_touches(q);
         let Self { plan, work, .. } = self;
         let mut deepest: [f64; 2] = [0.0; 2];
         for touch in &work.effects.contact.touches {
             let pair = &plan.effects.contacts.pairs[touch.pair];
-            let depth = pair.thickness.max(work.effects.contact.depths[touch.pair]);
-            let overlap = touch.contact_point.overlap / depth;
+            let overlap = touch.contact_point.overlap / pair.thickness;
             deepest[0] = deepest[0].max(overlap);
             if tunnelling::has_two_sides(plan, pair) {
                 deepest[1] = deepest[1].max(overlap);

@@ -77,11 +77,6 @@ impl Pair {
     pub(crate) fn yielding_to(&self, force: f64) -> f64 {
         force / self.soft_depth.powi(self.power)
     }
-
-    /// The depth to which the same force presses what is stiffer by this factor, but no less than the thickness.
-    pub(crate) fn depth_of_stiffer(&self, factor: f64) -> f64 {
-        (self.soft_depth * factor.powf(-1.0 / f64::from(self.power))).max(self.thickness)
-    }
 }
 
 impl<P> Curve<P> {
@@ -193,7 +188,7 @@ pub(crate) struct Pair {
     /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
     pub(crate) thickness: f64,
     pub(crate) power: i32,
-    /// By how much soft contacts, from which searches for equilibria begin, may overlap: no less than the thickness.
+    /// By how much the softest contacts, with which searches for equilibria begin, may overlap.
     pub(crate) soft_depth: f64,
     /// For a rod with itself, the distance along it in metres below which sections do not touch each other.
     pub(crate) neighbourhood: f64,

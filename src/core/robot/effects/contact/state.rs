@@ -47,9 +47,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) cached: Cached,
     /// Whether contact forces are disabled.
     pub(crate) is_left: bool,
-    /// Largest stiffness of every pair: infinite unless contacts are softened; and the overlap to which that is made, or zero.
+    /// Largest stiffness of every pair: infinite unless contacts are softened.
     pub(crate) stiffest: Vec<f64>,
-    pub(crate) depths: Vec<f64>,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
     /// Whether there have been any since this was asked last.
@@ -216,7 +215,6 @@ impl<P> Default for ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             stiffest: Vec::new(),
-            depths: Vec::new(),
             touches: Vec::new(),
             has_touched: false,
             first_along: Vec::new(),
@@ -261,7 +259,6 @@ impl<P: Lanes> ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             stiffest: vec![f64::INFINITY; contacts.pairs.len()],
-            depths: vec![0.0; contacts.pairs.len()],
             touches: Vec::with_capacity(contacts.capacity),
             has_touched: false,
             first_along: vec![None; packs],

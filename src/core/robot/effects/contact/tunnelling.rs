@@ -94,8 +94,7 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
         return true;
     }
     let ways = Ways { plan, q: &work.kinematics_of, contact: &work.effects.contact, measure };
-    let depths = work.effects.contact.depths.iter();
-    plan.effects.contacts.pairs.iter().zip(depths).any(|(pair, depth)| match &pair.sides {
+    plan.effects.contacts.pairs.iter().any(|pair| match &pair.sides {
         [Side::Rod(_), Side::Rod(_)] => false,
         [Side::Rod(curves), Side::Ball(ball)] => {
             let (there, other) = (ways.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
@@ -123,8 +122,7 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
                 solid.can_be_passed()
                     && solid.distance(centre).value <= radius
                     && ways.parts(c).any(|part| {
-                        let measure = measure.beside(part.thin, solid).max(*depth);
-                        Patch(part.ways).is_deep_in(solid, part.thin, measure)
+                        Patch(part.ways).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
                     })
             })
         }

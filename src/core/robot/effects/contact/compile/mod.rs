@@ -38,12 +38,9 @@ const NEIGHBOURHOOD: f64 = 2.0 * PI;
 /// Sections whose half extents differ by less than this fraction are round.
 const ROUND: f64 = 1e-12;
 
-/// By which part of the length thin rods overlap with solids in soft contacts: a fortieth of what bends under its weight over an edge. From 1e-4
-/// to 1e-2 searches of wires with a radius of 1e-4 of the length take about as many iterations.
-const SOFT_DEPTH: f64 = 1e-3;
-
-/// The part of the thickness of a solid in which its surface shows where a rod has entered, with room for what is deeper than at rest.
-const HALF_WAY: f64 = 0.25;
+/// By which part of the length thin rods overlap with half-spaces in the softest contacts: about as much as rods of ordinary slenderness by their
+/// thickness. A wire with a radius of 1e-4 of its length is at rest on the ground after 106 tangents, and 2469 where its thickness is the measure.
+const SOFT_DEPTH: f64 = 1e-2;
 
 /// Rejects contacts that have no meaning: stiffnesses, sections without extent, rods that are thicker than the bores that they are in.
 pub(crate) fn check<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
@@ -185,7 +182,7 @@ fn pair<G: Turning>(
         is_turned,
         law,
         thickness,
-        soft_depth: soft_depth(contacts, contact, &sides, length).max(thickness),
+        soft_depth: soft_depth(contacts, &sides, thickness, length),
         power: power(contact),
         neighbourhood,
         reaches: reaches(plan, contacts, &sides),
@@ -208,20 +205,15 @@ fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Sid
     surfaces.chain(sides.iter().map(of_rod)).fold(f64::INFINITY, f64::min)
 }
 
-/// By how much a thin rod may overlap with a solid at first, so that what it touches does not change at every step of a search. In half of a
-/// solid the surface tells where a rod has entered. Nothing of other pairs; the robot has this length.
-fn soft_depth<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Side; 2], length: f64) -> f64 {
-    let [Side::Rod(_), Side::Solid(solid)] = sides else { return 0.0 };
-    match contacts.solids[*solid].solid {
-        Solid::HeightField(_) | Solid::Tube(_) => return 0.0,
-        Solid::HalfSpace { .. }
-        | Solid::Ball { .. }
-        | Solid::Capsule { .. }
-        | Solid::Cuboid { .. }
-        | Solid::ConvexMesh(_) => {}
+/// By how much surfaces may overlap at first: by their thickness, and thin rods with half-spaces, whose surface shows at any depth on which side
+/// they are, by a part of the length of the robot.
+fn soft_depth<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: f64, length: f64) -> f64 {
+    match sides {
+        [Side::Rod(_), Side::Solid(solid)] if !contacts.solids[*solid].solid.can_be_passed() => {
+            thickness.max(SOFT_DEPTH * length)
+        }
+        _ => thickness,
     }
-    let of_solid = contact.surfaces.iter().filter_map(Surface::shape).map(Shape::thickness);
-    of_solid.map(|thickness| HALF_WAY * thickness).fold(SOFT_DEPTH * length, f64::min)
 }
 
 /// The power of lengths in the unit of a contact's stiffness: along rods it is one per length.
