@@ -188,7 +188,7 @@ pub(crate) struct Pair {
     /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
     pub(crate) thickness: f64,
     pub(crate) power: i32,
-    /// By how much the softest contacts, with which searches for equilibria begin, may overlap.
+    /// Overlap that the forces on the pair produce in the softest contacts, with which searches for equilibria begin.
     pub(crate) soft_depth: f64,
     /// For a rod with itself, the distance along it in metres below which sections do not touch each other.
     pub(crate) neighbourhood: f64,
