@@ -333,3 +333,35 @@ def test_bars_that_fold_back_onto_each_other_are_closed(q0):
     found = lissom.simulate(robot, 1e-6, q0=q0, dt=1e-6)
     assert np.abs(robot.loop_gaps(found.q[0])).max() < 1e-9
     assert abs(np.cos(found.q[0][1]) + 1) < 1e-9
+
+
+@pytest.mark.parametrize("normals", [[(0, 0, 1)], [(0, -1, 1), (0, 1, 1)]], ids=["floor", "groove"])
+@pytest.mark.parametrize(("radius", "young"), [(5e-4, 2e11), (2e-4, 2e11), (5e-3, 5e7)])
+def test_wires_come_to_rest_on_the_ground_however_thin(radius, young, normals):
+    density = 1500.0
+    weight = density * 9.81 * np.pi * radius**2
+    length = 7 * (young * np.pi * radius**4 / 4 / weight) ** (1 / 3)
+    modes = {"torsion": 2, "bend_y": 4, "bend_z": 4}
+    segment = lissom.Segment(length / 4, radius, young, young / 2.8, density, modes)
+
+    def wire(stiffness=None):
+        grounds = [lissom.HalfSpace((0, 0, -0.15 * length), normal) for normal in normals]
+        return lissom.Robot(
+            [lissom.Link("wire", rod=[segment] * 4, position=(0, 0.05 * length * (len(normals) - 1), 0))],
+            contacts=[
+                lissom.Contact("wire", ground, stiffness=stiffness, name=f"ground {i}")
+                for i, ground in enumerate(grounds)
+            ],
+        )
+
+    robot = wire()
+    found = lissom.statics(robot, space_error=False)
+    assert found.success, found.message
+    assert found.njev < 200
+    # By another way: surfaces as soft as the wire is light, then stiffer ones.
+    q = None
+    for stiffness in (weight / radius, 30 * weight / radius, 1e3 * weight / radius, None):
+        q = lissom.statics(wire(stiffness), q, space_error=False).q
+    energies = [robot.energy(q, 0 * q) for q in (q, found.q)]
+    totals = [energy.elastic + energy.gravitational for energy in energies]
+    np.testing.assert_allclose(totals[1], totals[0], rtol=1e-5)

@@ -73,9 +73,9 @@ pub(crate) struct Curve<P> {
 }
 
 impl Pair {
-    /// The stiffness at which a force presses the surfaces into each other by their thickness.
+    /// The stiffness at which a force presses the surfaces into each other by their soft depth.
     pub(crate) fn yielding_to(&self, force: f64) -> f64 {
-        force / self.thickness.powi(self.power)
+        force / self.soft_depth.powi(self.power)
     }
 }
 
@@ -188,6 +188,8 @@ pub(crate) struct Pair {
     /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
     pub(crate) thickness: f64,
     pub(crate) power: i32,
+    /// Overlap that the forces on the pair produce in the softest contacts, with which searches for equilibria begin.
+    pub(crate) soft_depth: f64,
     /// For a rod with itself, the distance along it in metres below which sections do not touch each other.
     pub(crate) neighbourhood: f64,
     /// Coordinates that move either side, in ascending order, as ranges of consecutive ones.
