@@ -123,6 +123,8 @@ if TYPE_CHECKING:
     from .model.contacts import Touch as Touch
     from .model.contacts import Tube as Tube
     from .model.targets import Target as Target
+    from .model.visual_files import read_visuals as read_visuals
+    from .model.visuals import Visual as Visual
     from .results.io import load as load
 
     __all__: list[str]
@@ -151,6 +153,8 @@ else:
         "analysis.sweeps": "sweep",
         "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch Tube",
         "model.targets": "Target",
+        "model.visual_files": "read_visuals",
+        "model.visuals": "Visual",
         "results.io": "load",
     }
     #: Public modules.

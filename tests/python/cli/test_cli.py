@@ -5,6 +5,7 @@ import os
 import pty
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -965,3 +966,24 @@ def test_links_in_a_circle_are_no_folder(scene, tmp_path):
     assert done.returncode == 1
     assert done.stderr.startswith("circle could not be written")
     assert (tmp_path / "circle").is_symlink()
+
+
+def test_visuals_of_imported_files_are_drawn_on_request(tmp_path):
+    text = (SCENES / "arm.toml").read_text()
+    (tmp_path / "arm.toml").write_text(re.sub(r"t_end = [\d.]+", "t_end = 0.05", text))
+    shutil.copy(SCENES / "arm.urdf", tmp_path)
+    done = lissom_command("run", "arm.toml", "--visuals", "-o", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert '"kind":"mesh"' in (tmp_path / "out/report.html").read_text().replace(": ", ":")
+    (tmp_path / "arm.urdf").write_text(
+        (SCENES / "arm.urdf")
+        .read_text()
+        .replace('<box size="0.2 0.04 0.04"/>', '<mesh filename="gone.stl"/>')
+    )
+    done = lissom_command("run", "arm.toml", "--visuals", "-o", "out2", cwd=tmp_path)
+    assert done.returncode == 2
+    assert 'mesh@filename: got "gone.stl", which cannot be read' in done.stderr
+    assert not (tmp_path / "out2").exists()
+    done = lissom_command("run", SCENES / "finger.toml", "--visuals", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "--visuals: the scene imports no URDF file" in done.stderr
