@@ -108,10 +108,10 @@ class Run:
 
     @cached_property
     def advice(self) -> list[str]:
-        """Advice on the step, modes, method and units of the scene; often empty."""
+        """Advice on the step, modes, method and units of the scene, after its run; often empty."""
         from ..analysis.advice import advice
 
-        return advice(self.scene)
+        return advice(self.scene, self.motion.doubt)
 
     @property
     def has_energies(self) -> bool:
