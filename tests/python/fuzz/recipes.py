@@ -883,7 +883,7 @@ RECIPES |= {
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
     "LinearModel.discrete": {
-        "self": "lissom.linearise(v.planar(), np.zeros(2))",
+        "self": "lissom.linearise(v.planar(), np.zeros(2), held=True)",
         "dt": "1e-2",
         "delay": "1.5e-2",
     },
