@@ -213,7 +213,10 @@ else:
         if name in _ROOMS or name in _MOVED:
             return import_module(f"lissom.{name}")
         if name not in _MODULES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            from .common.elsewhere import of_package
+
+            missing = f"module {__name__!r} has no attribute {name!r}{of_package(name, __all__)}"
+            raise AttributeError(missing, name=name, obj=sys.modules[__name__])
         # Before the compiled module, which needs it. If it is missing or its import is interrupted, Python's
         # own error is raised.
         import_module("numpy")

@@ -25,6 +25,7 @@ from .._lissom import (
 from ..analysis.base import ParameterResult
 from ..common.arguments import text
 from . import texts
+from .missing import INSTEAD, of_attribute
 from .models import advice_of_model, advice_of_scene, save_scene, scene_of
 
 if TYPE_CHECKING:
@@ -376,17 +377,6 @@ def _animate_mode(
     animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
 
 
-def _of_what_rests(self: StaticsResult, name: str) -> Any:
-    if name == "animate":
-        raise AttributeError(
-            "an equilibrium does not move: `plot(model)` draws it, `report(path, model)` shows how it was "
-            "loaded, and `continuation(model).animate(path, model)` makes a film of the growing loads",
-            name=name,
-            obj=self,
-        )
-    raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
-
-
 def _save_motion(
     self: MotionResult,
     path: str | os.PathLike[str],
@@ -662,6 +652,8 @@ def attach() -> None:
     _attach_to_motions()
     _attach_to_studies()
     _attach_to_equilibria()
+    for owner in INSTEAD:
+        _attach(owner, "__getattr__", of_attribute)
 
 
 def _attach_to_motions() -> None:
@@ -745,9 +737,6 @@ def _attach_to_equilibria() -> None:
     about, lacks = "model : Model\n    The model.\n", "the result has nothing to show"
     figure = texts.PICTURE.format(what="the shape", more="", about=about, setting=texts.SETTING, lacks=lacks)
     _attach(StaticsResult, "picture", _picture_statics, figure)
-    _attach(
-        StaticsResult, "__getattr__", _of_what_rests, "Explain what to use instead of a missing attribute."
-    )
     of_path = texts.REPORT.format(what=of_path, role=role, about="", own=own)
     _attach(ContinuationResult, "report", _report_path, of_path)
     lasts = (

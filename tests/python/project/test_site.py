@@ -55,8 +55,12 @@ def test_every_scene_has_a_small_film():
     assert films.keys() == {path.stem for path in (DOCS.parent / "scenes").glob("*.toml")}
     assert sum(path.stat().st_size for path in films.values()) < 600_000
     for name, path in films.items():
-        assert path.stat().st_size < 60_000, name
+        assert path.stat().st_size < 80_000, name
         with Image.open(path) as film:
+            if name == "lab-hanging":
+                # It hangs still, as it has to.
+                assert getattr(film, "n_frames", 1) == 1
+                continue
             assert film.n_frames > 20, name
             first = np.asarray(film.convert("RGB"), float)
             film.seek(film.n_frames // 2)
