@@ -178,6 +178,7 @@ links: build $(VENV)/docs.stamp ## links from the site to the outside (needs the
 pictures: build $(VENV)/docs.stamp ## draw the pictures of the README and the site, and write docs/gallery.md
 	$(BIN)/python docs/pictures/moving.py
 	$(BIN)/python docs/pictures/gallery.py
+	$(BIN)/python docs/pictures/films.py
 
 format: $(VENV)/test.stamp ## format all sources
 	cargo fmt --all

@@ -52,7 +52,7 @@ class Prediction:
 
     def __init__(self, q, u):
         self.q, self.u = q, u
-        linear = lissom.linearise(finger, q, "inputs", ["tip_position_y", "tip_position_z"], u=u)
+        linear = lissom.linearise(finger, q, "inputs", ["tip_position_y", "tip_position_z"], u=u, held=True)
         states, inputs = linear.B.shape
         # One exponential has all that happens in a step while u and f are held (Van Loan 1978).
         rates = np.zeros((states + inputs + 1, states + inputs + 1))

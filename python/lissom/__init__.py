@@ -123,6 +123,8 @@ if TYPE_CHECKING:
     from .model.contacts import Touch as Touch
     from .model.contacts import Tube as Tube
     from .model.targets import Target as Target
+    from .model.visual_files import read_visuals as read_visuals
+    from .model.visuals import Visual as Visual
     from .results.io import load as load
 
     __all__: list[str]
@@ -151,6 +153,8 @@ else:
         "analysis.sweeps": "sweep",
         "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch Tube",
         "model.targets": "Target",
+        "model.visual_files": "read_visuals",
+        "model.visuals": "Visual",
         "results.io": "load",
     }
     #: Public modules.
@@ -209,7 +213,10 @@ else:
         if name in _ROOMS or name in _MOVED:
             return import_module(f"lissom.{name}")
         if name not in _MODULES:
-            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+            from .common.elsewhere import of_package
+
+            missing = f"module {__name__!r} has no attribute {name!r}{of_package(name, __all__)}"
+            raise AttributeError(missing, name=name, obj=sys.modules[__name__])
         # Before the compiled module, which needs it. If it is missing or its import is interrupted, Python's
         # own error is raised.
         import_module("numpy")

@@ -15,6 +15,7 @@ from .analysis.peaks import Peak
 from .drawing.live.server import LiveView
 from .model.contacts import Touch
 from .model.targets import Target
+from .model.visuals import Visual
 
 __version__: str
 build_profile: str
@@ -1849,7 +1850,14 @@ class MotionResult:
     @property
     def deepest(self) -> Overlap | None: ...
     def plot(self) -> NDArray[Any]: ...
-    def animate(self, path: str | PathLike[str], *, fps: float = 25.0, speed: float = 1.0) -> None: ...
+    def animate(
+        self,
+        path: str | PathLike[str],
+        *,
+        fps: float = 25.0,
+        speed: float = 1.0,
+        visuals: Sequence[Visual] = (),
+    ) -> None: ...
     def picture(
         self,
         path: str | PathLike[str],
@@ -1857,12 +1865,17 @@ class MotionResult:
         times: ArrayLike | None = None,
         view: str | ArrayLike | None = None,
         width: float = 0.085,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
-    def report(self, path: str | PathLike[str], *, title: str = "Motion") -> None: ...
+    def report(
+        self, path: str | PathLike[str], *, title: str = "Motion", visuals: Sequence[Visual] = ()
+    ) -> None: ...
     def contact_events(self) -> list[ContactEvent]: ...
     def peaks(self) -> list[Peak]: ...
     def pose(self, X: ArrayLike | None = None, *, link: str | None = None) -> NDArray[Any]: ...
-    def save(self, path: str | PathLike[str], *, t: float | None = None) -> None: ...
+    def save(
+        self, path: str | PathLike[str], *, t: float | None = None, visuals: Sequence[Visual] = ()
+    ) -> None: ...
     def to_xarray(self) -> xarray.Dataset: ...
 
 _NewmarkMethod = Literal[
@@ -2082,6 +2095,7 @@ class Simulation:
         block: bool = True,
         allow_hosts: Sequence[str] = (),
         dark: bool = False,
+        visuals: Sequence[Visual] = (),
     ) -> LiveView: ...
     def __copy__(self) -> Simulation: ...
     def __deepcopy__(self, _memo: object) -> Simulation: ...
@@ -2292,6 +2306,7 @@ class StaticsResult:
         width: float = 0.085,
         t: float = 0.0,
         u: ArrayLike | None = None,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
     def report(
         self,
@@ -2301,9 +2316,17 @@ class StaticsResult:
         title: str = "Equilibrium",
         t: float = 0.0,
         u: ArrayLike | None = None,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
     def peaks(self, model: Model, *, t: float = 0.0, u: ArrayLike | None = None) -> list[Peak]: ...
-    def save(self, path: str | PathLike[str], model: Model | None = None, *, t: float = 0.0) -> None: ...
+    def save(
+        self,
+        path: str | PathLike[str],
+        model: Model | None = None,
+        *,
+        t: float = 0.0,
+        visuals: Sequence[Visual] = (),
+    ) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
 
 @final
@@ -2469,6 +2492,7 @@ class ContinuationResult:
         fps: float = 25.0,
         duration: float = 4.0,
         t: float = 0.0,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
     def report(
         self,
@@ -2478,6 +2502,7 @@ class ContinuationResult:
         title: str = "Path of equilibria",
         t: float = 0.0,
         u: ArrayLike | None = None,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
@@ -2554,6 +2579,7 @@ class ModesResult:
         fps: float = 25.0,
         duration: float = 2.0,
         t: float = 0.0,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
     def report(
         self,
@@ -2564,6 +2590,7 @@ class ModesResult:
         title: str = "Natural modes",
         t: float = 0.0,
         u: ArrayLike | None = None,
+        visuals: Sequence[Visual] = (),
     ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...

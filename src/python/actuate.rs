@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList};
 
 use super::arguments;
 use super::convert;
@@ -18,6 +18,7 @@ use crate::analysis::actuate::{Found, Options};
 use crate::analysis::stability::Stability;
 use crate::analysis::statics::Monitor;
 use crate::model::Dynamics as _;
+use crate::python::words::no_others;
 use crate::robot::Robot;
 
 /// Result of `actuate`.
@@ -194,7 +195,7 @@ impl PyActuateResult {
 /// >>> weak.status, weak.at_limits, weak.u
 /// ('at_limits', ['pull'], array([2.]))
 #[pyfunction]
-#[pyo3(signature = (robot, target, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=None, max_iter=None),
+#[pyo3(signature = (robot, target, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=None, max_iter=None, **others),
        text_signature = "(robot, target, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=1e-09, max_iter=100)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn actuate<'py>(
@@ -208,7 +209,9 @@ pub(crate) fn actuate<'py>(
     #[pyo3(from_py_with = arguments::number::t)] t: f64,
     #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyActuateResult> {
+    no_others("actuate", others)?;
     let Ok(of_python) = robot.cast::<PyRobot>() else {
         let found = convert::describe(robot);
         return Err(PyTypeError::new_err(format!("robot: expected a Robot or a Rod, got {found}")));

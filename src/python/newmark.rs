@@ -5,7 +5,7 @@ use std::time::Instant;
 use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyString, PyTuple};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arguments;
 use super::callback::{call, wants_to_stop};
@@ -22,6 +22,7 @@ use crate::model::{Facts, Model};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::Derivative;
 use crate::python::errors::OrRaise as _;
+use crate::python::words::no_others;
 use crate::simulation::simulate::Simulation;
 use crate::simulation::stepping;
 
@@ -101,7 +102,7 @@ use crate::simulation::stepping;
     signature = (
         residual, t_span, q0, v0, *, dt, beta=None, gamma=None, jac=None, method="newmark", alpha=None, rho_inf=None,
         rtol=None, atol=None, adaptive=false, max_step=None, min_step=0.0, max_steps=None, t_eval=None,
-        a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None
+        a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None, **others
     ),
     text_signature = "(residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac='forward', method='newmark', \
                       alpha=None, rho_inf=None, rtol=1e-06, atol=1e-09, adaptive=False, max_step=None, min_step=0.0, \
@@ -134,7 +135,9 @@ pub(crate) fn newmark<'py>(
     #[pyo3(from_py_with = arguments::flag::reuse_jacobian)] reuse_jacobian: bool,
     args: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
+    no_others("newmark", others)?;
     let start = Instant::now();
     if !residual.is_callable() {
         return Err(PyTypeError::new_err(format!(

@@ -1,11 +1,13 @@
 //! `lissom.SpringPendulum`.
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use super::arguments;
 use super::model::PyModel;
 use crate::model::pendulum::SpringPendulum;
 use crate::python::errors::OrRaise as _;
+use crate::python::words::no_others;
 
 /// A point mass on a massless spring, hinged at the origin, that swings in a vertical plane.
 ///
@@ -45,13 +47,15 @@ impl PySpringPendulum {
     }
 
     #[new]
-    #[pyo3(signature = (length=1.0, mass=1.0, stiffness=10.0, gravity=9.81))]
+    #[pyo3(signature = (length=1.0, mass=1.0, stiffness=10.0, gravity=9.81, **others), text_signature = "(length=1.0, mass=1.0, stiffness=10.0, gravity=9.81)")]
     fn new(
         #[pyo3(from_py_with = arguments::number::length)] length: f64,
         #[pyo3(from_py_with = arguments::number::mass)] mass: f64,
         #[pyo3(from_py_with = arguments::number::stiffness)] stiffness: f64,
         #[pyo3(from_py_with = arguments::number::gravity)] gravity: f64,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        no_others("SpringPendulum", others)?;
         Ok(Self::initializer(SpringPendulum::new(length, mass, stiffness, gravity).or_raise()?))
     }
 

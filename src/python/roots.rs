@@ -16,6 +16,7 @@ use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::{
     Derivative, Differences, Iterate, Method, Newton, Options, Reuse, StepTolerance, System, check_jacobian,
 };
+use crate::python::words::no_others;
 
 /// Result of `root`.
 ///
@@ -333,7 +334,7 @@ impl System for PyFunctions<'_, '_> {
 #[pyo3(signature = (
     fun, x0, *, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
     x_scale=None, f_scale=None, max_step=None, keep_jacobian=false, accelerate=false, history=false,
-    raise_on_failure=false
+    raise_on_failure=false, **others
 ), text_signature = "(fun, x0, *, args=(), jac='forward', method='newton', tol=1e-06, max_iter=1000, \
 xtol=0.0, xtol_abs=0.0, x_scale=None, f_scale=None, max_step=None, keep_jacobian=False, accelerate=False, \
 history=False, raise_on_failure=False)")]
@@ -356,7 +357,9 @@ pub(crate) fn root<'py>(
     #[pyo3(from_py_with = arguments::flag::accelerate)] accelerate: bool,
     #[pyo3(from_py_with = arguments::flag::history)] history: bool,
     #[pyo3(from_py_with = arguments::flag::raise_on_failure)] raise_on_failure: bool,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Py<PyRootResult>> {
+    no_others("root", others)?;
     let (mut x, scalar) = scalar_or_vector(x0, "x0")?;
     let mut checker = Checker::new();
     checker.finite(&x, "x0");

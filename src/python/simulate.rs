@@ -3,7 +3,7 @@
 use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyDict, PyString};
 
 use super::arguments;
 use super::callback::{Raised, call, or_raised, wants_to_stop, with_result};
@@ -18,6 +18,7 @@ use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
+use crate::python::words::no_others;
 use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{
@@ -125,7 +126,7 @@ const EVERY_STEP: &str = "steps";
         model, t_end, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
-        control_step=None, max_seconds=None
+        control_step=None, max_seconds=None, **others
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
@@ -159,7 +160,9 @@ pub(crate) fn simulate<'py>(
     control: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::optional_number::control_step)] control_step: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
+    no_others("simulate", others)?;
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
             "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \

@@ -7,7 +7,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyList;
+use pyo3::types::{PyDict, PyList};
 
 use super::arguments;
 use super::background;
@@ -26,6 +26,7 @@ use crate::analysis::statics::{
 };
 use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::python::errors::{AccuracyWarning, OrRaise as _};
+use crate::python::words::no_others;
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
 ///
@@ -373,7 +374,7 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None),
+#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, **others),
        text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True, space_error=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
@@ -389,7 +390,9 @@ pub(crate) fn statics<'py>(
     u: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::flag::stability)] stability: bool,
     #[pyo3(from_py_with = arguments::optional_flag::space_error)] space_error: Option<bool>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyStaticsResult> {
+    no_others("statics", others)?;
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_names = model.clone();
     let mut model = native_with(model, t, u.as_deref())?;
@@ -588,7 +591,7 @@ impl PyStaticsResult {
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None),
+#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None, **others),
        text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10, u=None, inputs=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
@@ -604,7 +607,9 @@ pub(crate) fn continuation<'py>(
     #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
     u: Option<&Bound<'py, PyAny>>,
     inputs: Option<&Bound<'py, PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyContinuationResult> {
+    no_others("continuation", others)?;
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_model = model;
     let mut model = native_with(of_model, t, u.as_deref())?;

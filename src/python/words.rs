@@ -1,7 +1,8 @@
 //! Names that may be meant by others, and deprecated names, which are still accepted with a warning that gives the new name.
 
-use pyo3::exceptions::PyFutureWarning;
+use pyo3::exceptions::{PyFutureWarning, PyTypeError};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::description::schema::suggestion;
 
@@ -17,6 +18,29 @@ pub(super) fn meant<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone
 #[pyo3(name = "meant", signature = (word, known, /))]
 pub(super) fn meant_in_python(word: &str, known: Vec<String>) -> Option<String> {
     meant(word, known.iter().map(String::as_str)).map(str::to_owned)
+}
+
+/// Refuses keyword arguments that a function or class of this module does not have, with those that it has and the one that may be
+/// meant.
+pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+    let Some((key, _)) = others.into_iter().flatten().next() else { return Ok(()) };
+    let module = key.py().import("lissom._lissom")?;
+    let key: String = key.extract()?;
+    let signature: String = module.getattr(name)?.getattr("__text_signature__")?.extract()?;
+    let known: Vec<_> = names_of(&signature).collect();
+    let meant = meant(&key, known.iter().copied())
+        .map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    Err(PyTypeError::new_err(format!(
+        "{name}() got an unexpected keyword argument '{key}', expected {}{meant}",
+        known.join(", ")
+    )))
+}
+
+/// Names of the parameters in a text such as `(model, t_end, *, t0=0.0)`.
+fn names_of(signature: &str) -> impl Iterator<Item = &str> {
+    let names = signature.split(',').map(|part| part.split('=').next().unwrap_or(""));
+    let names = names.map(|name| name.trim_matches(['(', ')', ' ']));
+    names.filter(|name| name.starts_with(|letter: char| letter.is_alphabetic()))
 }
 
 /// Warns that `place` uses an old name.

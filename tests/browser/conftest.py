@@ -11,6 +11,7 @@ from lissom.drawing import report
 from lissom.drawing.report import studies as study_reports
 from lissom.results import studies
 from lissom.results.runs import Run
+from lissom.urdf.pictures import solid_of
 
 #: Software rendering, the same on all machines, and options that containers need.
 ARGUMENTS = [
@@ -75,7 +76,19 @@ def folder(tmp_path_factory):
     column, path = turning_path()
     path.report(made / "path.html", column)
     inside_a_sphere().report(made / "inside.html")
+    report_with_visuals(made / "visuals.html")
     return made
+
+
+def report_with_visuals(path):
+    """A bar on a hinge, drawn as a red box over a green sheet that is seen through."""
+    bar = lissom.Body(0.2, centre=(0.1, 0, 0), inertia=np.diag([1e-5, 7e-4, 7e-4]))
+    robot = lissom.Robot([lissom.Link("bar", body=bar, joint=lissom.Revolute((0, 1, 0)))])
+    points, faces = solid_of("box", (0.2, 0.02, 0.04))
+    box = lissom.Visual("bar", points + np.array([0.1, 0, 0]), faces, colour="#ff0000")
+    sheet = [(0, 0, 0), (0.2, 0, 0), (0.2, 0, -0.1), (0, 0, -0.1)]
+    sheet = lissom.Visual("bar", sheet, [(0, 1, 2), (0, 2, 3)], name="sheet", colour="#00ff00", opacity=0.5)
+    lissom.simulate(robot, 0.4, dt=5e-3).report(path, visuals=[box, sheet])
 
 
 def inside_a_sphere():

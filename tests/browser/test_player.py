@@ -278,6 +278,32 @@ def test_obstacles_are_seen_through(opened):
     assert 0.35 < share < 0.65
 
 
+def test_visuals_move_with_their_links_in_their_colours(opened):
+    shown = opened("visuals")
+
+    def pixels(time, *hidden):
+        hide = f"player.stage.hidden = new Set({list(hidden)})"
+        url = shown.run(f"clock.seek({time}); {hide}; player.draw(); return player.canvas.toDataURL()")
+        content = base64.b64decode(url.partition(",")[2])
+        return np.asarray(Image.open(io.BytesIO(content)).convert("RGB"), float)
+
+    def red(picture):
+        return (picture[..., 0] > 100) & (picture[..., 0] > 2.5 * picture[..., 1:].max(axis=-1))
+
+    first, last, without = pixels(0.0), pixels(0.2), pixels(0.0, "visuals")
+    assert red(first).sum() > 1000
+    assert not red(without).any()
+    # It has swung down: the middle of the red is lower.
+    height = [np.nonzero(red(picture))[0].mean() for picture in (first, last)]
+    assert height[1] > height[0] + 50
+    # The sheet tints what is behind it, on one side and on the other.
+    tinted = (first[..., 1] - without[..., 1]) - (first[..., 0] - without[..., 0]) > 40
+    assert tinted.sum() > 1000
+    shown.page.get_by_role("button", name="view: front").click()
+    shown.page.wait_for_timeout(100)
+    assert red(pixels(0.0)).sum() > 1000
+
+
 def test_two_fingers_zoom_and_one_finger_turns(opened):
     shown = opened("motion", 390, 844, touch=True)
     before, after = shown.run(

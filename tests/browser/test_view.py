@@ -24,10 +24,12 @@ ITS_OWN = ("THREE.Clock", "GPU stall", "WebGL")
 class Live:
     """A live view and a page that shows it."""
 
-    def __init__(self, browser, model, **options):
+    def __init__(self, browser, model, phone=None, **options):
         self.view = lissom.Simulation(model, dt=2e-3).view(port=0, block=False, **options)
         self.problems = []
-        self.page = browser.new_page(viewport={"width": 1000, "height": 700})
+        width, height = phone or (1000, 700)
+        size = {"width": width, "height": height}
+        self.page = browser.new_page(viewport=size, is_mobile=bool(phone), has_touch=bool(phone))
         self.page.set_default_timeout(PATIENCE)
         self.page.on("pageerror", lambda error: self.problems.append(str(error)))
         self.page.on("console", self._said)
@@ -201,3 +203,121 @@ def test_the_end_of_a_motion_is_shown(live):
     assert "the valve stuck" in shown.page.inner_text("body")
     shown.press("Reset")
     shown.wait(lambda: shown.view.t < 0.3)
+
+
+#: What a phone shows: the picture, the controls, sizes of what fingers press, and the width of the page.
+ON_A_PHONE = """() => {
+  const place = (node) => { const r = node.getBoundingClientRect(); return [r.x, r.y, r.right, r.bottom]; };
+  const seen = (selector) => [...document.querySelectorAll(selector)].filter((node) => node.offsetWidth);
+  return {
+    picture: place(document.querySelector('canvas')),
+    panel: place(document.querySelector('.mantine-Paper-root:has(.mantine-ScrollArea-root)')),
+    heights: seen('.mantine-Button-root, .mantine-Slider-root, .mantine-Select-input').map((node) =>
+      node.getBoundingClientRect().height),
+    thumbs: seen('.mantine-Slider-thumb').map((node) => node.getBoundingClientRect().width),
+    page: document.documentElement.scrollWidth,
+  };
+}"""
+
+#: Least height of controls and width of the thumbs of sliders, pixels of the page.
+CONTROL, THUMB = 24, 22
+
+
+class Fingers:
+    """Fingers on the screen of a phone."""
+
+    def __init__(self, page):
+        self.page = page
+        self.session = page.context.new_cdp_session(page)
+
+    def drag(self, *ways, stay=False):
+        """Each finger from one place to another, in steps."""
+        self._send("touchStart", [start for start, _ in ways])
+        for part in np.linspace(0.125, 1.0, 8):
+            self._send("touchMove", [np.add(a, part * np.subtract(b, a)) for a, b in ways])
+        if not stay:
+            self.lift()
+
+    def lift(self):
+        self._send("touchEnd", [])
+
+    def _send(self, kind, points):
+        touches = [{"x": float(x), "y": float(y), "id": i} for i, (x, y) in enumerate(points)]
+        self.session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": touches})
+        self.page.wait_for_timeout(60)
+
+
+def camera_of(shown):
+    (client,) = shown.view._server.get_clients().values()
+    return np.array(client.camera.position), np.array(client.camera.look_at), client.camera
+
+
+def on_the_page(shown, place):
+    """Where a place of the model is on the page, pixels."""
+    at, towards, camera = camera_of(shown)
+    back = (at - towards) / np.linalg.norm(at - towards)
+    right = np.cross(camera.up_direction, back)
+    right /= np.linalg.norm(right)
+    x, y, width, height = shown.page.evaluate(
+        "(() => { const r = document.querySelector('canvas').getBoundingClientRect();"
+        " return [r.x, r.y, r.width, r.height]; })()"
+    )
+    away = np.asarray(place) - at
+    scale = 0.5 * height / np.tan(0.5 * camera.fov) / -(away @ back)
+    up = np.cross(back, right)
+    return x + 0.5 * width + scale * (away @ right), y + 0.5 * height - scale * (away @ up)
+
+
+def test_a_phone_shows_the_model_above_and_controls_below(live):
+    shown = live(phone=(390, 844))
+    found = shown.page.evaluate(ON_A_PHONE)
+    assert found["page"] == 390
+    left, top, right, bottom = found["picture"]
+    # The controls begin below the picture, and are as wide as the page.
+    assert (left, top, right) == (0, 0, 390)
+    assert found["panel"][0] == 0
+    assert found["panel"][2] == 390
+    assert bottom - 1 < found["panel"][1] < 0.7 * 844
+    assert bottom > 0.5 * 844
+    assert len(found["heights"]) > 5
+    assert min(found["heights"]) >= CONTROL
+    assert min(found["thumbs"]) >= THUMB
+    # All of the rod is in the picture, in its first view.
+    shown.wait(lambda: np.linalg.norm(camera_of(shown)[0]) < 3.0)
+    for place in ((0, 0, 0), (0.3, 0, 0)):
+        x, y = on_the_page(shown, place)
+        assert 0 < x < 390
+        assert 0 < y < bottom
+
+
+def test_fingers_turn_zoom_slide_and_pull(live):
+    shown = live(phone=(390, 844))
+    fingers = Fingers(shown.page)
+    shown.wait(lambda: np.linalg.norm(camera_of(shown)[0]) < 3.0)
+    shown.page.wait_for_timeout(1000)
+    before, centre, _ = camera_of(shown)
+    fingers.drag(((60, 380), (180, 380)))
+    shown.wait(lambda: np.linalg.norm(camera_of(shown)[0] - before) > 0.2)
+    shown.page.wait_for_timeout(1000)
+    turned, still, _ = camera_of(shown)
+    distance = np.linalg.norm(before - centre)
+    np.testing.assert_allclose(still, centre, atol=1e-6)
+    np.testing.assert_allclose(np.linalg.norm(turned - centre), distance, rtol=1e-6)
+    fingers.drag(((180, 380), (100, 380)), ((210, 380), (290, 380)))
+    shown.page.wait_for_timeout(1000)
+    near, middle, _ = camera_of(shown)
+    assert np.linalg.norm(near - middle) < 0.95 * distance
+    box = shown.page.locator(".mantine-Slider-thumb").first.bounding_box()
+    thumb = (box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    fingers.drag((thumb, np.add(thumb, (80, 0))))
+    shown.wait(lambda: shown.view._motion.u[0] > 0.0)
+    # The handle at the tip, once the rod has come to rest.
+    shown.page.get_by_role("button", name="Centre", exact=True).tap()
+    shown.wait(lambda: shown.read("kinetic") < 1e-6)
+    shown.page.wait_for_timeout(1000)
+    tip = on_the_page(shown, shown.view._motion.place(0))
+    fingers.drag((tip, np.subtract(tip, (0, 60))), stay=True)
+    shown.wait(lambda: shown.view._motion.pulled is not None)
+    shown.wait(lambda: np.linalg.norm(shown.view._motion.force) > 0.0)
+    fingers.lift()
+    shown.wait(lambda: shown.view._motion.pulled is None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +70,9 @@ WIDEST = 1.0
 #: m/s²: gravity above this is probably in other units.
 STRONGEST_GRAVITY = 100.0
 
+#: Where a doubt about a run says which steps to take.
+_STEPS = re.compile(r"[Tt]ake (steps of|`dt=|shorter steps)")
+
 #: The shear strain in the direction in which a bending strain deflects.
 SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
 
@@ -80,22 +84,26 @@ def size(model: Model) -> str:
     return f"{model.n} generalised coordinates{moved}"
 
 
-def advice(scene: Scene) -> list[str]:
+def advice(scene: Scene, doubt: str | None = None) -> list[str]:
     """Advice on a scene before it is run, one or two sentences each; often empty.
 
     Natural frequencies are those about the equilibrium of the model. They are left out if no equilibrium is
-    found, and for models of more than 100 coordinates.
+    found, and for models of more than 100 coordinates. After a run, whose doubt is given, nothing is said of
+    steps if the doubt names some: it follows from what has moved, and other numbers would contradict it.
     """
+    names_steps = doubt is not None and _STEPS.search(doubt) is not None
     model, seen = scene.model, view(scene.model)
     said = about_model(model)
     t0 = scene.simulation.t0
     said += about_inputs(model)
     said += about_slack(scene)
-    said += about_impacts(scene)
+    if not names_steps:
+        said += about_impacts(scene)
     found = Vibrations.of(model, t0, rest_start(scene))
     if found is None:
         return said
-    said += about_step(found, scene.simulation)
+    if not names_steps:
+        said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
     richer = seen.with_more_modes(MORE_MODES)
     vibrations = Vibrations.of(richer, t0) if richer is not None else None

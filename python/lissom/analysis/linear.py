@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,8 +10,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Input, LissomError, Model, Robot, Tendon, jacobian
-from ..common.arguments import sequence
+from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, jacobian
+from ..common.arguments import flag, sequence
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
 from .measured import readings, sensors_of
@@ -134,6 +135,7 @@ def linearise(
     *,
     t: float = 0.0,
     u: ArrayLike | None = None,
+    held: bool = False,
 ) -> LinearModel:
     """Linearise the equations of motion about an equilibrium, with exact tangents.
 
@@ -143,7 +145,7 @@ def linearise(
         A `Rod`, a `Robot` or a `SpringPendulum`.
     q : array_like, shape (n,)
         Coordinates of the equilibrium, such as `q` from `statics`. At other shapes the result is the linear
-        model about rest with constant generalised forces that hold the shape.
+        model about rest with constant generalised forces that hold the shape, and there is a warning.
     inputs : str or sequence of str
         Inputs of the linear model. 'forces' are the n generalised forces. For rods, 'tip_force' and
         'tip_moment' have three components each in world axes; 'tip_force_z' is a single component. For
@@ -161,6 +163,9 @@ def linearise(
         Time at which time-dependent loads and motions are evaluated, seconds.
     u : array_like, shape (m,), optional
         Inputs at the equilibrium; by default `u0` of the model.
+    held : bool
+        Whether constant generalised forces hold the shape if it is no equilibrium, such as those of motors
+        that are not part of the model: then there is no warning.
 
     Returns
     -------
@@ -178,6 +183,12 @@ def linearise(
     LissomError
         If the mass matrix is not positive definite, or a value is not finite.
 
+    Warns
+    -----
+    AccuracyWarning
+        If `q` is no equilibrium: at rest there, the model would move by more than a thousandth of its size
+        within a second.
+
     Examples
     --------
     >>> import lissom
@@ -191,6 +202,7 @@ def linearise(
     """
     if not isinstance(model, Model):
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    held = flag("held", held)
     n = model.n
     model.check_shape(q)
     q = np.asarray(q, float)
@@ -218,6 +230,7 @@ def linearise(
             "linear model; take a smaller q"
         )
     coordinates, velocities, _ = _names(seen, n)
+    free_motions = np.eye(n)
     if isinstance(model, Robot) and model.constraints > 0:
         free, within, of_loops = _within_loops(model, q, mass, t, u)
         stiffness = within.T @ (stiffness + of_loops) @ within
@@ -225,7 +238,9 @@ def linearise(
         forces = forces @ within
         rows = np.hstack([*(rows[:, k * n : (k + 1) * n] @ within for k in range(3)), rows[:, 3 * n :]])
         coordinates, velocities = [coordinates[k] for k in free], [velocities[k] for k in free]
-        n = len(free)
+        n, free_motions = len(free), within
+    if not held and (found := _moves_off(model, seen, q, t, u, (stiffness, mass, free_motions))):
+        warnings.warn(found, AccuracyWarning, stacklevel=2)
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
@@ -236,6 +251,41 @@ def linearise(
     for matrix in (A, B, C, D):
         matrix.flags.writeable = False
     return LinearModel(A, B, C, D, (*coordinates, *velocities), force_names, output_names)
+
+
+#: Time in seconds, and displacement within it relative to the size of a model, from which on a shape is no
+#: equilibrium: that of `statics` is right to about 1e-9, and rounding q to four digits leaves less.
+WITHIN, AWAY = 1.0, 1e-3
+
+
+def _moves_off(
+    model: Model,
+    seen: View,
+    q: Array,
+    t: float,
+    u: ArrayLike | None,
+    tangents: tuple[Array, Array, Array],
+) -> str | None:
+    """What is wrong with a shape that is no equilibrium: the model at rest there would move off.
+
+    `tangents` are stiffness and mass of the independent coordinates, and the map from them to all.
+    """
+    stiffness, mass, within = tangents
+    rest = np.zeros(model.n)
+    forces = -within.T @ model.inverse_dynamics(q, rest, rest, t=t, u=u)
+    # As far as springs let it go, or inertia in this time.
+    moved = within @ np.linalg.lstsq(stiffness + mass / WITHIN**2, forces, rcond=None)[0]
+    places = [np.linalg.norm(frame.jacobian(q, t)[LINEAR] @ moved) for frame in seen.frames]
+    # Without a size: angles in radians, lengths in metres.
+    share = float(max(places) / seen.size if places and seen.size > 0.0 else np.abs(moved).max(initial=0.0))
+    if not share > AWAY:
+        return None
+    largest = int(np.abs(forces).argmax())
+    return (
+        f"q is no equilibrium: the generalised forces there, up to {abs(forces[largest]):.3g}, would move "
+        f"the model by about {share:.2g} of its size, and the linear model leaves them out. Take `q` of "
+        "`lissom.statics(model, u=u)` with the same inputs, or `held=True` if something holds the shape."
+    )
 
 
 def _check_inputs(model: Model, names: Sequence[str]) -> None:

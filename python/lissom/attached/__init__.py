@@ -25,6 +25,7 @@ from .._lissom import (
 from ..analysis.base import ParameterResult
 from ..common.arguments import text
 from . import texts
+from .missing import INSTEAD, of_attribute
 from .models import advice_of_model, advice_of_scene, save_scene, scene_of
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ..analysis.contact_events import ContactEvent
     from ..analysis.peaks import Peak
     from ..drawing.live.server import LiveView
+    from ..model.visuals import Visual
 
 
 def _plot_motion(self: MotionResult) -> NDArray[Any]:
@@ -45,7 +47,12 @@ def _plot_motion(self: MotionResult) -> NDArray[Any]:
 
 
 def _animate(
-    self: MotionResult, path: str | os.PathLike[str], *, fps: float = 25.0, speed: float = 1.0
+    self: MotionResult,
+    path: str | os.PathLike[str],
+    *,
+    fps: float = 25.0,
+    speed: float = 1.0,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     """Write the motion as an animation (extra `plot`).
 
@@ -58,10 +65,12 @@ def _animate(
         that do not divide 100 are rounded.
     speed : float
         Playback speed: simulated seconds per second. Each frame shows the state nearest in time.
+    visuals : sequence of Visual
+        Meshes that stand for links.
 
     Raises
     ------
-    ValueError
+    ValueError, TypeError
         If an option or the suffix is invalid, or the result has no model (`newmark`) or no states.
     OSError
         If the file cannot be written, or ffmpeg is not installed.
@@ -70,7 +79,7 @@ def _animate(
     """
     from ..drawing.pictures import animate
 
-    animate(self, path, fps, speed)
+    animate(self, path, fps, speed, visuals)
 
 
 def _picture(
@@ -80,10 +89,11 @@ def _picture(
     times: ArrayLike | None = None,
     view: str | ArrayLike | None = None,
     width: float = 0.085,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.figures import of_motion
 
-    of_motion(self, path, times, view, width)
+    of_motion(self, path, times, view, width, visuals)
 
 
 def _picture_statics(
@@ -95,14 +105,21 @@ def _picture_statics(
     width: float = 0.085,
     t: float = 0.0,
     u: ArrayLike | None = None,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.figures import of_statics
     from ..results.studies import setting_for
 
-    of_statics(self, path, setting_for(model, len(self.q), t, u), view, width)
+    of_statics(self, path, setting_for(model, len(self.q), t, u, visuals), view, width)
 
 
-def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
+def _report(
+    self: MotionResult,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "Motion",
+    visuals: Sequence[Visual] = (),
+) -> None:
     """Write an HTML report of the motion in a single file: an animation and curves over time.
 
     Parameters
@@ -111,17 +128,19 @@ def _report(self: MotionResult, path: str | os.PathLike[str], *, title: str = "M
         File to write; an existing file is replaced.
     title : str
         Heading of the page.
+    visuals : sequence of Visual
+        Meshes that stand for links.
 
     Raises
     ------
-    ValueError
-        If the result has no model (`newmark`) or no states.
+    ValueError, TypeError
+        If the result has no model (`newmark`) or no states, or a visual is invalid.
     OSError
         If the file cannot be written.
     """
     from ..drawing.report import write_result
 
-    write_result(self, path, title=_text(title))
+    write_result(self, path, title=_text(title), visuals=visuals)
 
 
 def _pose(self: MotionResult, X: ArrayLike | None = None, *, link: str | None = None) -> NDArray[Any]:
@@ -279,11 +298,12 @@ def _report_statics(
     title: str = "Equilibrium",
     t: float = 0.0,
     u: ArrayLike | None = None,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.report import write_equilibrium
     from ..results.studies import setting_for
 
-    write_equilibrium(self, path, setting_for(model, len(self.q), t, u), _text(title))
+    write_equilibrium(self, path, setting_for(model, len(self.q), t, u, visuals), _text(title))
 
 
 def _report_path(
@@ -294,11 +314,12 @@ def _report_path(
     title: str = "Path of equilibria",
     t: float = 0.0,
     u: ArrayLike | None = None,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.report import write_equilibrium
     from ..results.studies import setting_for
 
-    write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u), _text(title))
+    write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u, visuals), _text(title))
 
 
 def _report_modes(
@@ -310,12 +331,13 @@ def _report_modes(
     title: str = "Natural modes",
     t: float = 0.0,
     u: ArrayLike | None = None,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..common.arguments import vector
     from ..drawing.report import write_modes
     from ..results.studies import setting_for
 
-    setting = setting_for(model, self.shapes.shape[0], t, u)
+    setting = setting_for(model, self.shapes.shape[0], t, u, visuals)
     write_modes(self, path, setting, vector("q", q, model.n), _text(title))
 
 
@@ -327,11 +349,12 @@ def _animate_path(
     fps: float = 25.0,
     duration: float = 4.0,
     t: float = 0.0,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.pictures import animate_path
     from ..results.studies import setting_for
 
-    animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None), fps, duration)
+    animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None, visuals), fps, duration)
 
 
 def _animate_mode(
@@ -344,44 +367,47 @@ def _animate_mode(
     fps: float = 25.0,
     duration: float = 2.0,
     t: float = 0.0,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..common.arguments import vector
     from ..drawing.pictures import animate_mode
     from ..results.studies import setting_for
 
-    setting = setting_for(model, self.shapes.shape[0], t, None)
+    setting = setting_for(model, self.shapes.shape[0], t, None, visuals)
     animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
 
 
-def _of_what_rests(self: StaticsResult, name: str) -> Any:
-    if name == "animate":
-        raise AttributeError(
-            "an equilibrium does not move: `plot(model)` draws it, `report(path, model)` shows how it was "
-            "loaded, and `continuation(model).animate(path, model)` makes a film of the growing loads",
-            name=name,
-            obj=self,
-        )
-    raise AttributeError(f"'lissom.StaticsResult' object has no attribute {name!r}", name=name, obj=self)
-
-
-def _save_motion(self: MotionResult, path: str | os.PathLike[str], *, t: float | None = None) -> None:
+def _save_motion(
+    self: MotionResult,
+    path: str | os.PathLike[str],
+    *,
+    t: float | None = None,
+    visuals: Sequence[Visual] = (),
+) -> None:
     from ..drawing.meshfiles import motion_writers
     from ..drawing.paraview import timeline
     from ..results.io import save
 
-    meshes = motion_writers(t)
+    meshes = motion_writers(t, visuals)
     _only_with_meshes("t", t is None, path, meshes)
+    _only_with_meshes("visuals", isinstance(visuals, list | tuple) and not visuals, path, meshes)
     save(self, path, further=meshes | {".vtkhdf": lambda result, _: timeline(result)})
 
 
 def _save_statics(
-    self: StaticsResult, path: str | os.PathLike[str], model: Model | None = None, *, t: float = 0.0
+    self: StaticsResult,
+    path: str | os.PathLike[str],
+    model: Model | None = None,
+    *,
+    t: float = 0.0,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.meshfiles import statics_writers
     from ..results.io import save
 
-    meshes = statics_writers(t)
+    meshes = statics_writers(t, visuals)
     _only_with_meshes("t", t == 0.0, path, meshes)
+    _only_with_meshes("visuals", isinstance(visuals, list | tuple) and not visuals, path, meshes)
     save(self, path, model, meshes)
 
 
@@ -531,6 +557,7 @@ def _view(
     block: bool = True,
     allow_hosts: Sequence[str] = (),
     dark: bool = False,
+    visuals: Sequence[Visual] = (),
 ) -> LiveView:
     """Show the simulation live in a browser, and interact with it there (extra `view`).
 
@@ -557,6 +584,8 @@ def _view(
         the view serves itself, to this machine.
     dark : bool
         Whether the page is dark at first; it has a switch for it.
+    visuals : sequence of Visual
+        Meshes that stand for links.
 
     Returns
     -------
@@ -577,7 +606,14 @@ def _view(
     if not isinstance(block, bool):
         raise TypeError(f"block: a {type(block).__name__} is not True or False")
     view = open_view(
-        self, port=port, speed=speed, paused=paused, ranges=ranges, allow_hosts=allow_hosts, dark=dark
+        self,
+        port=port,
+        speed=speed,
+        paused=paused,
+        ranges=ranges,
+        allow_hosts=allow_hosts,
+        dark=dark,
+        visuals=visuals,
     )
     if block:
         try:
@@ -616,6 +652,8 @@ def attach() -> None:
     _attach_to_motions()
     _attach_to_studies()
     _attach_to_equilibria()
+    for owner in INSTEAD:
+        _attach(owner, "__getattr__", of_attribute)
 
 
 def _attach_to_motions() -> None:
@@ -699,9 +737,6 @@ def _attach_to_equilibria() -> None:
     about, lacks = "model : Model\n    The model.\n", "the result has nothing to show"
     figure = texts.PICTURE.format(what="the shape", more="", about=about, setting=texts.SETTING, lacks=lacks)
     _attach(StaticsResult, "picture", _picture_statics, figure)
-    _attach(
-        StaticsResult, "__getattr__", _of_what_rests, "Explain what to use instead of a missing attribute."
-    )
     of_path = texts.REPORT.format(what=of_path, role=role, about="", own=own)
     _attach(ContinuationResult, "report", _report_path, of_path)
     lasts = (

@@ -23,9 +23,13 @@ MODEL = """model : Model or None
 INSTANT = """t : float, optional
     The instant that a file of meshes shows, seconds; ``.ply`` and ``.obj`` need one. Between states of the
     result coordinates follow a polynomial of fifth order.
+visuals : sequence of Visual
+    Meshes that stand for links, in files of meshes.
 """
 TIME_OF_SHAPE = """t : float
     Time at which the model is shown in files of meshes, seconds.
+visuals : sequence of Visual
+    Meshes that stand for links, in files of meshes.
 """
 DATASET = """The result as an ``xarray.Dataset`` with named dimensions and units (extra `files`).
 {model}
@@ -74,6 +78,8 @@ t : float
     Time at which time-dependent loads are shown, seconds.
 u : array_like, shape (m,), optional
     Inputs; by default `u0` of the model{own}.
+visuals : sequence of Visual
+    Meshes that stand for links.
 
 Raises
 ------
@@ -97,6 +103,8 @@ duration : float
     {lasts}
 t : float
     Time at which the model is shown, seconds.
+visuals : sequence of Visual
+    Meshes that stand for links.
 
 Raises
 ------
@@ -127,7 +135,9 @@ path : path-like
     ``"right"`` (from x), ``"left"``, ``"top"`` (from z), ``"bottom"``. By default obliquely.
 width : float
     Width of the figure, metres; by default a column of a page. The height follows.
-{setting}
+{setting}visuals : sequence of Visual
+    Meshes that stand for links.
+
 Raises
 ------
 ValueError, TypeError

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,11 +12,12 @@ import click
 from ..common.interruption import STOPPING, interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save
-from .scenes import SCENE, load, refusals_of
+from .scenes import SCENE, load, refusals_of, visuals_of, visuals_option
 from .words import Saved, note, progress_bar, say
 
 if TYPE_CHECKING:
     from .._lissom import Scene
+    from ..model.visuals import Visual
     from ..results.runs import Run
 
 
@@ -23,7 +25,8 @@ if TYPE_CHECKING:
 @click.argument("scene", type=SCENE)
 @output_option("Folder for the results; results/NAME unless given.")
 @click.option("--no-report", is_flag=True, help="Write the trajectory only.")
-def command(scene: Path, output: Path | None, no_report: bool) -> int:
+@visuals_option
+def command(scene: Path, output: Path | None, no_report: bool, visuals: bool) -> int:
     """Simulate SCENE; write results and a report.
 
     Writes the trajectory, a summary and an HTML report to the results folder, all at once when they are
@@ -37,11 +40,12 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
     from ..results import files
 
     loaded = load(scene)
+    pictures = visuals_of(scene, loaded) if visuals else ()
     target = output if output is not None else Path("results") / scene.stem
     with results_folder(target) as folder:
         report = None if no_report else _report_of_run
         with refusals_of(scene):
-            done = _simulate(loaded)
+            done = _simulate(loaded, pictures)
         saved = save(folder, lambda partial: files.write(done, partial, report))
     _summarise(done, saved)
     if missing(*files.HDF5):
@@ -49,7 +53,7 @@ def command(scene: Path, output: Path | None, no_report: bool) -> int:
     return saved.code if done.motion.success or done.interrupted else FAILED
 
 
-def _simulate(scene: Scene) -> Run:
+def _simulate(scene: Scene, visuals: Sequence[Visual]) -> Run:
     """Simulate with a progress bar. From the first step on, Ctrl-C stops the simulation, not the program."""
     from .._lissom import AccuracyWarning
     from ..results.runs import Run
@@ -66,7 +70,7 @@ def _simulate(scene: Scene) -> Run:
             # The summary reports it.
             warnings.simplefilter("ignore", AccuracyWarning)
             motion = scene.run(progress=progress)
-    return Run(scene, motion, interrupted=motion.status == "interrupted")
+    return Run(scene, motion, interrupted=motion.status == "interrupted", visuals=visuals)
 
 
 def _report_of_run(done: Run, path: Path) -> None:

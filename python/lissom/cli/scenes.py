@@ -14,9 +14,16 @@ from .exits import BAD_INPUT, FAILED
 
 if TYPE_CHECKING:
     from .._lissom import Scene
+    from ..model.visuals import Visual
 
 #: The scene argument of a command.
 SCENE = click.Path(exists=True, dir_okay=False, path_type=Path)
+
+
+#: The option of commands that draw meshes of URDF files.
+visuals_option = click.option(
+    "--visuals", is_flag=True, help="Draw the meshes and shapes of <visual> of the URDF file of SCENE."
+)
 
 
 class Refused(click.ClickException):
@@ -47,6 +54,26 @@ def load(path: Path) -> Scene:
         raise Refused(str(error)) from None
     except (LissomError, ValueError) as error:
         raise Unresolved(f"{path}: {error}") from None
+
+
+def visuals_of(path: Path, scene: Scene) -> list[Visual]:
+    """The visuals of the URDF file that a scene imports; raises Refused if it has none, or one is invalid."""
+    import tomllib
+
+    from .._lissom import Robot
+    from ..urdf import read_urdf
+
+    imported = tomllib.loads(scene.text).get("import", {})
+    if "urdf" not in imported:
+        raise Refused(
+            f"{path}: --visuals: the scene imports no URDF file; it needs [import] with the key urdf"
+        )
+    known = {link.name for link in scene.model.links} if isinstance(scene.model, Robot) else set()
+    try:
+        read = read_urdf(path.parent / imported["urdf"], mend_inertia=True, visuals=True)
+    except (OSError, ValueError, ImportError) as error:
+        raise Refused(f"{path}: --visuals: {error}") from None
+    return [visual for visual in read.visuals if visual.link in known]
 
 
 def _may_import_anywhere() -> bool:

@@ -8,7 +8,7 @@ import click
 
 from ..common.interruption import interruption
 from .exits import FAILED
-from .scenes import SCENE, load, refusals_of
+from .scenes import SCENE, load, refusals_of, visuals_of, visuals_option
 from .words import line, note
 
 
@@ -30,6 +30,7 @@ from .words import line, note
 )
 @click.option("--paused", is_flag=True, help="Start paused.")
 @click.option("--dark", is_flag=True, help="Show a dark page at first.")
+@visuals_option
 @click.option(
     "--allow-host",
     "allow_hosts",
@@ -38,7 +39,13 @@ from .words import line, note
     help="Name of a host whose pages may use the view, such as that of a proxy; may be given several times.",
 )
 def command(
-    scene: Path, port: int, speed: float, paused: bool, dark: bool, allow_hosts: tuple[str, ...]
+    scene: Path,
+    port: int,
+    speed: float,
+    paused: bool,
+    dark: bool,
+    visuals: bool,
+    allow_hosts: tuple[str, ...],
 ) -> int:
     """Simulate SCENE live in a browser.
 
@@ -55,9 +62,18 @@ def command(
     from ..drawing.live import of_scene
 
     loaded = load(scene)
+    pictures = visuals_of(scene, loaded) if visuals else ()
     try:
         with refusals_of(scene):
-            view = of_scene(loaded, port=port, speed=speed, paused=paused, allow_hosts=allow_hosts, dark=dark)
+            view = of_scene(
+                loaded,
+                port=port,
+                speed=speed,
+                paused=paused,
+                allow_hosts=allow_hosts,
+                dark=dark,
+                visuals=pictures,
+            )
     except OSError as error:
         click.echo(f"--port: no page can be served at {port}: {error}", err=True)
         return FAILED

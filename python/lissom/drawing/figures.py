@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Model, MotionResult, StaticsResult
+from .._lissom import MotionResult, StaticsResult
 from ..analysis.between import state_at
 from ..common import disk
 from ..common.arguments import number, path_of
 from ..common.extras import missing
 from ..model import views
+from ..model.visuals import Visual
 from ..results.studies import Setting
 from .painting import polygons, seen_from, triangles
 from .parts import Part, parts
@@ -101,6 +102,7 @@ def of_motion(
     times: ArrayLike | None,
     view: str | ArrayLike | None,
     width: float,
+    visuals: Sequence[Visual] = (),
 ) -> None:
     """Write a figure of a motion at the given times."""
     path, width, towards = _checked(path, width, view)
@@ -108,7 +110,7 @@ def of_motion(
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
         raise ValueError(f"result: it has no states to show; {result.message}")
-    seen = _in_space(result.model)
+    seen = _in_space(views.drawn(result.model, visuals))
     found, t = _shapes(result, seen, _times(result, times))
     _write(path, seen, found, times_in_words(t, _letters(width)), towards, width)
 
@@ -122,7 +124,7 @@ def of_statics(
 ) -> None:
     """Write a figure of an equilibrium."""
     path, width, towards = _checked(path, width, view)
-    seen = _in_space(setting.model)
+    seen = _in_space(setting.view)
     at, rest = np.array([setting.t]), np.zeros_like(result.q)
     found, is_there = parts(seen, result.q[None], rest[None], np.asarray(setting.u)[None], at, is_smooth=True)
     if not is_there.all():
@@ -146,8 +148,7 @@ def _checked(
     return path, width, towards
 
 
-def _in_space(model: Model) -> views.View:
-    seen = views.view(model)
+def _in_space(seen: views.View) -> views.View:
     if not seen.is_spatial:
         raise ValueError("result: figures show rods and bodies, and its model has none")
     return seen

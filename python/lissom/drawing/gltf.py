@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from .._lissom import __version__
 from .parts import Part, named, normals
 from .report.layers import rotations
-from .report.symbols import LEGEND
 
 Array = NDArray[np.float64]
 
@@ -152,7 +151,7 @@ class _Document:
     def _material(self, part: Part) -> int:
         colour = {
             "pbrMetallicRoughness": {
-                "baseColorFactor": [*linear(LEGEND[part.layer]), part.opacity],
+                "baseColorFactor": [*linear(part.colour), part.opacity],
                 "metallicFactor": 0.0,
                 "roughnessFactor": ROUGHNESS,
             },

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from .._lissom import Model, MotionResult, StaticsResult, __version__
 from ..analysis.between import state_at
 from ..common.arguments import number
-from ..model.views import View, view
+from ..model.views import View, drawn
+from ..model.visuals import Visual
 from ..results.runs import Made
 from ..results.studies import setting_for
 from . import gltf, usd
@@ -25,17 +26,17 @@ Array = NDArray[np.float64]
 Writer = Callable[[list[Part], Array, tuple[int, bool]], bytes]
 
 
-def of_motion(result: MotionResult, suffix: str, t: float | None) -> bytes:
+def of_motion(result: MotionResult, suffix: str, t: float | None, visuals: Sequence[Visual] = ()) -> bytes:
     """The file of a motion, or of its state at a time."""
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
         raise ValueError(f"result: it has no states to show; {result.message}")
-    seen = _with_parts(result.model, suffix)
+    seen = _with_parts(result.model, suffix, visuals)
     if t is None:
         if suffix not in MOVING:
             raise ValueError(f"t: {suffix} files show one instant; give its time in seconds, such as `t=0.5`")
-        run = Made(result, result.model)
+        run = Made(result, result.model, visuals)
         at = motion.frames(run)
         return _file(suffix, seen, result.q[at], result.v[at], result.u[at], result.t[at])
     t = number("t", t)
@@ -46,18 +47,20 @@ def of_motion(result: MotionResult, suffix: str, t: float | None) -> bytes:
     return _file(suffix, seen, q[None], v[None], result.u[before, None], np.array([t]))
 
 
-def of_statics(result: StaticsResult, suffix: str, model: Model | None, t: float) -> bytes:
+def of_statics(
+    result: StaticsResult, suffix: str, model: Model | None, t: float, visuals: Sequence[Visual] = ()
+) -> bytes:
     """The file of an equilibrium."""
     if model is None:
         raise ValueError(f"model: {suffix} files show the model, which the result does not keep; pass it")
     setting = setting_for(model, len(result.q), t, None)
-    seen = _with_parts(model, suffix)
+    seen = _with_parts(model, suffix, visuals)
     at, rest = np.array([setting.t]), np.zeros_like(result.q)
     return _file(suffix, seen, result.q[None], rest[None], np.asarray(setting.u)[None], at)
 
 
-def _with_parts(model: Model, suffix: str) -> View:
-    seen = view(model)
+def _with_parts(model: Model, suffix: str, visuals: Sequence[Visual]) -> View:
+    seen = drawn(model, visuals)
     if not seen.is_spatial:
         raise ValueError(f"path: {suffix} files show rods and bodies, and this model has none")
     return seen
@@ -82,7 +85,7 @@ def ply(found: list[Part], t: Array, up: tuple[int, bool]) -> bytes:
         vertices.append(points)
         of_vertices.append(normals(points, part.triangles))
         triangles.append(part.triangles + np.uint32(count))
-        colour = symbols.LEGEND[part.layer]
+        colour = part.colour
         colours += [[int(colour[i : i + 2], 16) for i in (1, 3, 5)]] * len(points)
         count += len(points)
     row = np.dtype([("point", "<f8", 3), ("normal", "<f4", 3), ("colour", "u1", 3)])
@@ -132,17 +135,17 @@ WRITERS: dict[str, Writer] = {
 MOVING = (".glb", *usd.SUFFIXES)
 
 
-def motion_writers(t: float | None) -> dict[str, Callable[[Any, Any], bytes]]:
+def motion_writers(t: float | None, visuals: Sequence[Visual] = ()) -> dict[str, Callable[[Any, Any], bytes]]:
     """For `results.io.save`: what writes a motion, by the suffix of the file."""
     return {
-        suffix: lambda result, model, suffix=suffix: of_motion(result, suffix, t)  # type: ignore[misc]
+        suffix: lambda result, model, suffix=suffix: of_motion(result, suffix, t, visuals)  # type: ignore[misc]
         for suffix in WRITERS
     }
 
 
-def statics_writers(t: float) -> dict[str, Callable[[Any, Any], bytes]]:
+def statics_writers(t: float, visuals: Sequence[Visual] = ()) -> dict[str, Callable[[Any, Any], bytes]]:
     """For `results.io.save`: what writes an equilibrium, by the suffix of the file."""
     return {
-        suffix: lambda result, model, suffix=suffix: of_statics(result, suffix, model, t)  # type: ignore[misc]
+        suffix: lambda result, model, suffix=suffix: of_statics(result, suffix, model, t, visuals)  # type: ignore[misc]
         for suffix in WRITERS
     }

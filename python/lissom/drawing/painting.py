@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .parts import STRANDS, Part
-from .report import contacts, symbols
+from .report import contacts
 
 Array = NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def _of_faces(depth: Array, after: NDArray[np.intp], colours: Array) -> Array:
 
 def _facing(part: Part, shape: int, axes: Array, pale: float) -> Triangles:
     """The triangles of a part that face the viewer, in the light."""
-    base = symbols.LEGEND[part.layer]
+    base = part.colour
     colour = np.array([int(base[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
     corners = (part.vertices(shape) @ axes.T)[part.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

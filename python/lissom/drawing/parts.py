@@ -19,10 +19,11 @@ from ..model.glyphs.contacts import Obstacle, ground, outline, turn_of
 from ..model.views import Link, View
 from . import meshes
 from .meshes import Triangles
-from .report import actuators, contacts, layers, magnets, solids
+from .report import actuators, contacts, layers, magnets, solids, visuals
 from .report import motion as drawing
 from .report.layers import DrawnStates, quaternions, rotations
 from .report.loads import drawn_lengths
+from .report.symbols import LEGEND
 
 Array = NDArray[np.float64]
 
@@ -59,6 +60,13 @@ class Part:
     opacity: float = 1.0
     #: Whether the surface has an edge, and is seen from both sides.
     is_open: bool = False
+    #: A hexadecimal colour of its own.
+    own_colour: str | None = None
+
+    @property
+    def colour(self) -> str:
+        """Its hexadecimal colour."""
+        return LEGEND[self.layer] if self.own_colour is None else self.own_colour
 
     def vertices(self, shape: int) -> Array:
         """Vertices (v, 3) in the world, metres."""
@@ -77,9 +85,11 @@ def parts(
     links = [_smooth(link, q, t) for link in seen.links] if is_smooth else seen.links
     tubes = [solids.tube(link, q, np.zeros_like(v), t, u, 0.0, _opacity(seen)) for link in links]
     bodies = [solids.ellipsoid(solid, q, t, _least(seen, solid.semi_axes)) for solid in seen.solids]
-    low, high = layers.extent([*tubes, *bodies])
+    pictured = visuals.meshes(seen.visuals, q, t)
+    low, high = layers.extent([*tubes, *bodies, *pictured])
     low, high = drawing.box(low, high, 0.04 * float((high - low).max()))
-    found = [*map(_of_tube, tubes), *map(_of_solid, bodies), *_strands(seen, q, v, u, t, is_smooth)]
+    found = [*map(_of_tube, tubes), *map(_of_solid, bodies), *map(_of_mesh, pictured)]
+    found += _strands(seen, q, v, u, t, is_smooth)
     found += _magnets(seen, q, t)
     touching = seen.glyphs.contacts
     for name, shape, poses in contacts.shapes(touching, q, t):
@@ -139,6 +149,23 @@ def _of_solid(solid: layers.Solid) -> Part:
     corners = unit * np.asarray(solid.size)
     centres, turns = solid.centres[:, None], solid.turns[:, None]
     return Part(solid.name, solid.layer, corners, np.zeros(len(corners), np.intp), triangles, centres, turns)
+
+
+def _of_mesh(mesh: layers.Mesh) -> Part:
+    centres, turns = mesh.centres[:, None], mesh.turns[:, None]
+    bone, triangles = np.zeros(len(mesh.corners), np.intp), mesh.faces.astype(np.uint32)
+    return Part(
+        mesh.name,
+        mesh.layer,
+        mesh.corners,
+        bone,
+        triangles,
+        centres,
+        turns,
+        mesh.opacity,
+        is_open=mesh.is_open,
+        own_colour=mesh.colour,
+    )
 
 
 def _strands(seen: View, q: Array, v: Array, u: Array, t: Array, is_smooth: bool) -> list[Part]:

@@ -28,7 +28,9 @@ from ..analysis.sensitivities import SensitivityResult
 from ..common import disk
 from ..common.arguments import number, path_of, whole
 from ..common.extras import missing
+from ..model import views
 from ..model.views import Coordinate, View, view
+from ..model.visuals import Visual
 from ..results.datasets import coordinates
 from ..results.runs import energies, instants
 from ..results.studies import Setting, way
@@ -341,7 +343,13 @@ def _number(name: str, value: Any) -> float:
     return number(name, value)
 
 
-def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, speed: float) -> None:
+def animate(
+    result: MotionResult,
+    path: str | os.PathLike[str],
+    fps: float,
+    speed: float,
+    visuals: Sequence[Visual] = (),
+) -> None:
     """Write a motion as a GIF or a video."""
     path, fps, speed = _suffixed(path), _rate(fps), _positive("speed", speed)
     if result.model is None:
@@ -351,7 +359,7 @@ def animate(result: MotionResult, path: str | os.PathLike[str], fps: float, spee
     at = _pictures(result.t, fps, speed)
     t, q = result.t[at], result.q[at]
     shown = _States(q, result.v[at], result.u[at], t)
-    _film(path, fps, view(result.model), shown, [f"t = {time:.3f} s" for time in t])
+    _film(path, fps, views.drawn(result.model, visuals), shown, [f"t = {time:.3f} s" for time in t])
 
 
 def animate_path(

@@ -18,7 +18,6 @@ from .._lissom import __version__
 from ..common.extras import missing
 from .gltf import ROUGHNESS, UP, linear
 from .parts import Part, named, normals
-from .report.symbols import LEGEND
 
 Array = NDArray[np.float64]
 
@@ -82,7 +81,7 @@ class _Document:
             stage.SetFramesPerSecond(RATE)
             stage.SetStartTimeCode(0.0)
             stage.SetEndTimeCode(self._codes[-1])
-        self._materials: dict[tuple[str, float], Any] = {}
+        self._materials: dict[tuple[str, str, float], Any] = {}
 
     def add(self, parts: Sequence[Part]) -> None:
         """Each part as a mesh; the names that USD does not allow remain as names to display."""
@@ -107,7 +106,7 @@ class _Document:
         mesh.CreateFaceVertexIndicesAttr(Vt.IntArray.FromNumpy(part.triangles.reshape(-1).astype(np.int32)))
         mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
         mesh.CreateDoubleSidedAttr(part.is_open)
-        mesh.CreateDisplayColorAttr([Gf.Vec3f(*linear(LEGEND[part.layer]))])
+        mesh.CreateDisplayColorAttr([Gf.Vec3f(*linear(part.colour))])
         mesh.CreateDisplayOpacityAttr([part.opacity])
         mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
         if len(part.turns[0]) == 1:
@@ -144,13 +143,13 @@ class _Document:
     def _material(self, part: Part) -> Any:
         from pxr import Gf, Sdf, UsdShade
 
-        key = (part.layer, part.opacity)
+        key = (part.layer, part.colour, part.opacity)
         if key not in self._materials:
             path = f"{MATERIALS}/{part.layer}_{len(self._materials)}"
             material = UsdShade.Material.Define(self._stage, path)
             shader = UsdShade.Shader.Define(self._stage, f"{path}/surface")
             shader.CreateIdAttr("UsdPreviewSurface")
-            colour = Gf.Vec3f(*linear(LEGEND[part.layer]))
+            colour = Gf.Vec3f(*linear(part.colour))
             shader.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).Set(colour)
             shader.CreateInput("opacity", Sdf.ValueTypeNames.Float).Set(part.opacity)
             shader.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS)

@@ -21,9 +21,12 @@ def has_contacts(model: Model) -> bool:
 
 
 def check_start(scene: Scene) -> None:
-    """Raise ValueError if the loops of a scene cannot be closed from its initial state."""
+    """Raise ValueError if a scene cannot start: loops that stay open, a method that is not for its model.
+
+    Motions without inertia have no initial velocities, and are for robots only.
+    """
     settings = scene.simulation
-    if not has_loops(scene.model):
+    if not has_loops(scene.model) and settings.method != "quasi_static":
         return
     method = "radau" if settings.method == "auto" else settings.method
     Simulation(scene.model, t0=settings.t0, q0=scene.q0, v0=scene.v0, method=method, dt=settings.dt)

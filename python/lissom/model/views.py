@@ -6,7 +6,7 @@ and never distinguish kinds of models. A new kind of model needs one new functio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial, singledispatch
 from itertools import pairwise
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Body, Load, Model, Robot, Rod, Segment, SpringPendulum
+from .visuals import Visual, checked
 
 if TYPE_CHECKING:
     from .._lissom import Link as Joined
@@ -117,6 +118,17 @@ class Solid:
     semi_axes: Array
     #: Poses of shape (..., 4, 4) of centre and principal axes, for coordinates (..., n) and a time.
     pose: Callable[[Array, float | Array], Array]
+    #: The link whose body it is; empty for bodies that are attached to links.
+    link: str = ""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A visual on its link."""
+
+    visual: Visual
+    #: Poses of shape (..., 4, 4) of the link's frame, for coordinates (..., n) and a time.
+    pose: Callable[[Array, float | Array], Array]
 
 
 @dataclass(frozen=True)
@@ -174,6 +186,8 @@ class View:
     links: Sequence[Link] = ()
     #: Rigid bodies, drawn in space.
     solids: Sequence[Solid] = ()
+    #: Meshes that stand for links in drawings.
+    visuals: Sequence[Carried] = ()
     #: The robot whose joints, loops, supports and surroundings are drawn in space, and its loads.
     glyphs_of: tuple[Robot, Sequence[Load]] | None = None
     #: Frames at which forces act and motions are measured.
@@ -214,13 +228,36 @@ class View:
     @property
     def is_spatial(self) -> bool:
         """Whether the model has parts to draw in space."""
-        return bool(self.links or self.solids)
+        return bool(self.links or self.solids or self.visuals)
 
 
 @singledispatch
 def view(model: Model) -> View:
     """Return the view of a model; for an unknown kind it has numbered coordinates only."""
     return View(type(model).__name__, [Coordinate(f"q{i}", "", "coordinate") for i in range(model.n)])
+
+
+def drawn(model: Model, visuals: Iterable[Visual] = ()) -> View:
+    """The view of a model with visuals, which stand for the bodies of their links.
+
+    Raises
+    ------
+    ValueError, TypeError
+        If a visual is none, or names no link of the model.
+    """
+    seen = view(model)
+    names = [link.name for link in model.links] if isinstance(model, Robot) else []
+    carried = [Carried(each, partial(_pose_of_base, model, each.link)) for each in checked(visuals, names)]
+    shown = {each.visual.link for each in carried}
+    solids = [solid for solid in seen.solids if solid.link not in shown]
+    return replace(seen, visuals=carried, solids=solids) if carried else seen
+
+
+def _pose_of_base(model: Model, link: str, q: Array, t: float | Array) -> Array:
+    """Poses of a rigid link, or of the first section of a rod."""
+    assert isinstance(model, Robot), "visuals are on links"
+    has_rod = next(each.rod is not None for each in model.links if each.name == link)
+    return model.pose(q, 0.0 if has_rod else None, link=link, t=t)
 
 
 def is_rod(model: Model) -> bool:
@@ -450,6 +487,7 @@ def _solid(robot: Robot, name: str, link: str, at: float | None, body: Body) -> 
         name,
         np.sqrt(np.maximum(squares, 0.0)),
         lambda q, t: robot.pose(q, at, link=link, t=t) @ local,
+        link if at is None and name == link else "",
     )
 
 

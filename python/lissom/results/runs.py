@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Balance, LissomError, Model, MotionResult, Scene, __version__
-from ..model.views import Link, View, view
+from ..model.views import Link, View, drawn
+from ..model.visuals import Visual
 from .folders import MARK
 
 Array = NDArray[np.float64]
@@ -50,6 +52,8 @@ class Run:
     motion: MotionResult
     #: Whether the user stopped it.
     interrupted: bool = False
+    #: Meshes that stand for links.
+    visuals: Sequence[Visual] = ()
     #: Text before and after the times of an animation.
     label: ClassVar[tuple[str, str]] = ("t = ", " s")
     #: Labels of an animation: its times.
@@ -104,10 +108,10 @@ class Run:
 
     @cached_property
     def advice(self) -> list[str]:
-        """Advice on the step, modes, method and units of the scene; often empty."""
+        """Advice on the step, modes, method and units of the scene, after its run; often empty."""
         from ..analysis.advice import advice
 
-        return advice(self.scene)
+        return advice(self.scene, self.motion.doubt)
 
     @property
     def has_energies(self) -> bool:
@@ -147,7 +151,7 @@ class Run:
     @cached_property
     def view(self) -> View:
         """The view of the model, for files and drawings."""
-        return view(self.scene.model)
+        return drawn(self.scene.model, self.visuals)
 
     @property
     def wants(self) -> frozenset[str]:
@@ -165,6 +169,8 @@ class Made:
 
     motion: MotionResult
     model: Model
+    #: Meshes that stand for links.
+    visuals: Sequence[Visual] = ()
     label: ClassVar[tuple[str, str]] = Run.label
     labels: ClassVar[None] = None
     opens_at: ClassVar[int] = Run.opens_at
@@ -213,7 +219,7 @@ class Made:
     @cached_property
     def view(self) -> View:
         """The view of the model, for drawings."""
-        return view(self.model)
+        return drawn(self.model, self.visuals)
 
     @cached_property
     def balance(self) -> Balance:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -28,7 +28,8 @@ from .._lissom import (
 from ..common.arguments import number, vector
 from ..common.interruption import interruption
 from ..model.starts import rest_start
-from ..model.views import View, view
+from ..model.views import View, drawn
+from ..model.visuals import Visual
 from .files import imported, write_report, write_summary
 from .folders import MARK
 from .runs import instants
@@ -45,11 +46,13 @@ class Setting:
     t: float
     #: The inputs, shape (inputs,).
     u: Array
+    #: Meshes that stand for links.
+    visuals: Sequence[Visual] = ()
 
     @cached_property
     def view(self) -> View:
         """The view of the model, for drawings."""
-        return view(self.model)
+        return drawn(self.model, self.visuals)
 
 
 @dataclass(frozen=True)
@@ -110,7 +113,9 @@ def setting_of(scene: Scene) -> Setting:
     return Setting(scene.model, scene.simulation.t0, scene.model.u0)
 
 
-def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
+def setting_for(
+    model: Model, n: int, t: float, u: ArrayLike | None, visuals: Sequence[Visual] = ()
+) -> Setting:
     """The model given for a result with ``n`` coordinates, validated."""
     if not isinstance(model, Model):
         raise TypeError(f"model: a {type(model).__name__} is not a model")
@@ -120,7 +125,7 @@ def setting_for(model: Model, n: int, t: float, u: ArrayLike | None) -> Setting:
     if not np.isfinite(t):
         raise ValueError(f"t: got {t}, expected a finite number (seconds)")
     u0 = model.u0
-    return Setting(model, float(t), u0 if u is None else vector("u", u, len(u0)))
+    return Setting(model, float(t), u0 if u is None else vector("u", u, len(u0)), visuals)
 
 
 def outcome_of(found: StaticsResult) -> str:

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -18,6 +19,7 @@ from .._lissom import Link, Revolute, Robot
 from ..common import disk
 from ..common.arguments import flag, path_of
 from .imported import Imported, Left
+from .pictures import Pictures
 from .problems import UrdfError, UrdfProblem, UrdfWarning
 from .reader import Reader
 
@@ -40,6 +42,8 @@ def read_urdf(
     limit_stiffness: float | None = None,
     mend_inertia: bool = False,
     collisions: bool = False,
+    visuals: bool = False,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
 ) -> Imported:
     """Read the links and joints of a URDF file.
 
@@ -47,7 +51,7 @@ def read_urdf(
     <inertial> is a frame. ``revolute`` and ``continuous`` become `Revolute`, ``prismatic`` `Prismatic`,
     ``fixed`` `Weld`, ``floating`` `Free`, ``planar`` `Planar`; damping and friction of <dynamics> and <mimic>
     are imported. ``loop_joint`` becomes a `Loop` between its ``link1`` and ``link2``, which have ``link``,
-    ``xyz`` and ``rpy``. Referenced files, such as meshes and packages, are not opened.
+    ``xyz`` and ``rpy``. Referenced files are not opened, but for meshes of <visual> on request.
 
     Parameters
     ----------
@@ -64,6 +68,14 @@ def read_urdf(
     collisions : bool
         Whether to read the boxes, spheres, cylinders and capsules of <collision> as `shapes` on their links.
         Cylinders become prisms with 24 sides and the same volume.
+    visuals : bool
+        Whether to read the meshes, boxes, spheres, cylinders and capsules of <visual> as `visuals` on their
+        links, with the colours of their materials. Meshes are STL, OBJ or COLLADA files (extra `meshes`) of
+        at most 64 MiB; those of more than 5000 triangles are simplified, and listed. COLLADA's unit is
+        respected, its up axis is not, as in RViz.
+    packages : mapping of str to path-like, optional
+        Folders of packages, for files such as ``package://arm_description/meshes/hand.stl``. By default a
+        folder of this name that contains the URDF file, or is beside a folder that does.
 
     Returns
     -------
@@ -78,6 +90,8 @@ def read_urdf(
         If the file cannot be read.
     ValueError, TypeError
         If `limit_stiffness` is not positive.
+    ImportError
+        If what reads a mesh is not installed.
 
     Examples
     --------
@@ -96,7 +110,14 @@ def read_urdf(
         mend_inertia=mend_inertia,
         collisions=flag("collisions", collisions),
         loops=True,
+        pictures=Pictures(file.parent, _folders(packages)) if flag("visuals", visuals) else None,
     )
+
+
+def _folders(packages: Mapping[str, str | os.PathLike[str]] | None) -> dict[str, Path]:
+    if packages is not None and not isinstance(packages, Mapping):
+        raise TypeError(f"packages: expected a mapping of names to folders, got {type(packages).__name__}")
+    return {name: path_of(folder, f"packages[{name!r}]") for name, folder in (packages or {}).items()}
 
 
 def imported_from(
@@ -108,6 +129,7 @@ def imported_from(
     mend_inertia: bool = False,
     collisions: bool = False,
     loops: bool = False,
+    pictures: Pictures | None = None,
 ) -> Imported:
     """Read links and joints from the content of a URDF file.
 
@@ -121,6 +143,8 @@ def imported_from(
         As for `read_urdf`.
     loops : bool
         Whether to read loops; they are listed otherwise, as in scenes, whose loops are their own.
+    pictures : Pictures, optional
+        Where meshes lie, to read <visual>.
 
     Returns
     -------
@@ -132,7 +156,9 @@ def imported_from(
         As `read_urdf` does.
     """
     _check_stiffness(limit_stiffness)
-    return Reader(file, content, limit_stiffness, mend_inertia, collisions, loops).imported(floating)
+    return Reader(file, content, limit_stiffness, mend_inertia, collisions, loops, pictures).imported(
+        floating
+    )
 
 
 def _check_stiffness(limit_stiffness: float | None) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from .._lissom import Box, Capsule, ConvexMesh, Link, Loop, Sphere
+from ..model.visuals import Visual
 from .problems import LONGEST_KEY, counted, short
 from .reasons import FIRST
 
@@ -61,6 +62,9 @@ class Imported:
     shapes : tuple of Box, Sphere, Capsule or ConvexMesh
         The shapes for contact of the file, on their links, if they were asked for. A `Contact` says what
         each of them touches.
+    visuals : tuple of Visual
+        The meshes and shapes for pictures of the file, on their links, if they were asked for. Pass them to
+        what draws, such as `MotionResult.report`.
     """
 
     links: tuple[Link, ...]
@@ -70,11 +74,16 @@ class Imported:
     file: str = ""
     loops: tuple[Loop, ...] = ()
     shapes: tuple[Box | Sphere | Capsule | ConvexMesh, ...] = ()
+    visuals: tuple[Visual, ...] = ()
 
     def __str__(self) -> str:
         size = f'robot "{short(self.name, LONGEST_KEY)}", {counted(len(self.links), "link")}'
         head = f"{self.file}: {size}, {counted(len(self.joints), 'joint')}"
-        for number, what in ((len(self.loops), "loop"), (len(self.shapes), "shape")):
+        for number, what in (
+            (len(self.loops), "loop"),
+            (len(self.shapes), "shape"),
+            (len(self.visuals), "visual"),
+        ):
             head += f", {counted(number, what)}" if number else ""
         if not self.not_taken:
             return f"{head}; everything was taken over"

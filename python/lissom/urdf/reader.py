@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, sqrt
 
 import numpy as np
 
@@ -27,13 +25,16 @@ from .._lissom import (
     Spherical,
     Weld,
 )
-from .document import RUN_XACRO, Document, Element
-from .imported import Imported, Left
-from .inertia import mended, quaternion, rotated, rotation
-from .problems import MOST_PROBLEMS, UrdfError, counted
+from ..model.visuals import Visual
+from .document import Element
+from .elements import Elements
+from .imported import Imported
+from .inertia import mended, rotated, rotation
+from .looks import Material, colour_of, visuals_of
+from .pictures import Pictures, prism
+from .problems import UrdfError
 from .reasons import (
     MENDED,
-    NAMESPACE,
     NO_AXIS,
     NO_FORCES,
     NO_LIMIT,
@@ -44,17 +45,9 @@ from .reasons import (
     NO_ROOM,
     NO_STOPS,
     ON_REQUEST,
+    PICTURES_ON_REQUEST,
     REASONS,
-    TEXT,
-    nearest,
-    unknown,
 )
-
-#: No suggestions are searched among more words than this.
-_MOST_GUESSES = 300
-
-#: Quaternions are often rounded; the norm may differ from one by this much, as for a `Link`.
-_QUATERNION_TOLERANCE = 1e-3
 
 _TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _NOT_ONE_COORDINATE = ("fixed", "floating", "planar")
@@ -63,19 +56,6 @@ _NOT_ONE_COORDINATE = ("fixed", "floating", "planar")
 _LOOP_TYPES = ("revolute", "continuous", "prismatic", "planar", "ball", "fixed")
 _WITHOUT_AXIS = ("ball", "fixed")
 
-#: Attributes of <geometry> that are read, by shape.
-_SHAPES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-}
-
-#: Sides of the prism that stands for a cylinder.
-_SIDES = 24
-
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_REFUSED = re.compile(r"(\w+)[^:]*: (got .*?), (expected .*)")
 
 #: First elements of other descriptions of robots: SDFormat, MJCF, COLLADA.
 _OTHER_FORMATS = ("sdf", "mujoco", "COLLADA")
@@ -119,8 +99,8 @@ class _LoopRead:
 Shape = Box | Sphere | Capsule | ConvexMesh
 
 
-class Reader:
-    """Reads the elements of a document; `problems` and `left` are the document's."""
+class Reader(Elements):
+    """Reads links, joints, loops, shapes and visuals."""
 
     def __init__(
         self,
@@ -130,12 +110,17 @@ class Reader:
         mend_inertia: bool,
         collisions: bool = False,
         loops: bool = False,
+        pictures: Pictures | None = None,
     ) -> None:
-        self.document = Document(file, data)
+        super().__init__(file, data)
         self.limit_stiffness = limit_stiffness
         self.mend_inertia = mend_inertia
         self.collisions = collisions
         self.has_loops = loops
+        self.pictures = pictures
+        self.visuals: list[Visual] = []
+        #: Colours and opacities of the robot's materials by name.
+        self.materials: dict[str, Material] = {}
         self.shapes: list[Shape] = []
         self.loops: list[_LoopRead] = []
         self.mimic: list[_MimicRead] = []
@@ -165,151 +150,26 @@ class Reader:
             file=self.document.file,
             loops=tuple(_loop(each) for each in self.loops),
             shapes=tuple(self.shapes),
+            visuals=tuple(self.visuals),
         )
 
-    # Problems, and content that is not imported
-
-    def _guess(self, word: str, words: Iterable[str]) -> str | None:
-        """The probable intention, if it can be found quickly."""
-        words = list(words)
-        if len(words) > _MOST_GUESSES or len(self.document.problems) > MOST_PROBLEMS:
-            return None
-        return nearest(word, words)
-
-    def _problem(self, element: Element, attribute: str | None, wrong: str, right: str) -> None:
-        line, column = self.document.place_of(element, attribute, is_value=True)
-        key = element.path if attribute is None else f"{element.path}@{attribute}"
-        self.document.note(line, column, key, wrong, right)
-
-    def _leave(self, element: Element, reason: str, attribute: str | None = None) -> None:
-        line, column = self.document.place_of(element, attribute, is_value=False)
-        name = "" if attribute is None else f"@{attribute}"
-        left = Left(line, column, element.path + name, element.what + name, reason)
-        self.document.left.append(left)
-
-    def _refused(
-        self, error: ValueError, element: Element, places: dict[str, tuple[Element | None, str | None]]
-    ) -> None:
-        """Assign problems reported by a body or joint to the positions of its values in the file."""
-        for sentence in str(error).splitlines():
-            match = _REFUSED.fullmatch(sentence)
-            place, wrong, right = match.groups() if match else ("", sentence, "")
-            at, attribute = places.get(place, (None, None))
-            if place == "inertia":
-                right += " (mend_inertia=True takes the nearest)"
-            self._problem(at or element, attribute if at else None, wrong, right)
-
-    # Elements
-
-    def _open(
-        self, element: Element, attributes: Sequence[str], once: Sequence[str] = (), many: Sequence[str] = ()
-    ) -> dict[str, Element]:
-        """The supported children, each at most once; lists all others."""
-        reasons = REASONS.get(element.tag, {})
-        for name in element.attributes:
-            if name in attributes:
-                continue
-            if name == "xmlns" or name.startswith("xmlns:"):
-                reason = NAMESPACE
-            else:
-                reason = reasons.get("@" + name) or unknown("attribute", name, tuple(attributes))
-            self._leave(element, reason, name)
-        found: dict[str, Element] = {}
-        for child in element.children:
-            if child.tag in many:
-                continue
-            if child.tag not in once:
-                reason = reasons.get(child.tag) or unknown("element", child.tag, (*once, *many))
-                self._leave(child, reason)
-            elif child.tag in found:
-                wrong = f"got a second <{child.tag}>; the first one is in line {found[child.tag].line}"
-                self._problem(child, None, wrong, "expected one at most")
-            else:
-                found[child.tag] = child
-        if element.text is not None:
-            path, what = f"{element.path}/text()", f"{element.what}/text()"
-            self.document.left.append(Left(*element.text, path, what, TEXT))
-        return found
-
-    def _text(self, element: Element, attribute: str, expected: str) -> str | None:
-        value = element.attributes.get(attribute)
-        if value and not _is_xacro(value):
-            return value
-        if value:
-            self._problem(element, attribute, f'got "{value}"', RUN_XACRO)
-            return None
-        wrong = f"got no attribute {attribute}" if value is None else 'got ""'
-        self._problem(element, attribute, wrong, f"expected {expected}")
-        return None
-
-    def _numbers(
-        self, element: Element | None, attribute: str, default: Sequence[float] | None, count: int = 3
-    ) -> tuple[float, ...] | None:
-        """`count` finite numbers; the default if missing; None if invalid."""
-        value = element.attributes.get(attribute) if element else None
-        if element is None or (value is None and default is not None):
-            assert default is not None, "elements that must be there are looked for before their numbers"
-            return tuple(default)
-        expected = "expected a finite number" if count == 1 else f"expected {count} finite numbers"
-        if value is None:
-            self._problem(element, attribute, f"got no attribute {attribute}", expected)
-            return None
-        words = value.split()
-        numbers = tuple(float(word) for word in words if _NUMBER.fullmatch(word))
-        if len(numbers) == len(words) == count and all(map(isfinite, numbers)):
-            return numbers
-        if _is_xacro(value):
-            expected = RUN_XACRO
-        if len(numbers) == len(words) and all(map(isfinite, numbers)):
-            wrong = f'got {counted(len(numbers), "number")}: "{value}"'
-        else:
-            wrong = f'got "{value}"'
-        self._problem(element, attribute, wrong, expected)
-        return None
-
-    def _number(self, element: Element | None, attribute: str, default: float | None) -> float | None:
-        values = self._numbers(element, attribute, None if default is None else (default,), 1)
-        return None if values is None else values[0]
-
-    def _pose(
-        self, origin: Element | None, beside: Sequence[str] = ()
-    ) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Position and quaternion (w, x, y, z) beside other attributes; the identity if invalid."""
-        nowhere, upright = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
-        if origin is None:
-            return nowhere, upright
-        self._open(origin, ("xyz", "rpy", "quat_xyzw", *beside))
-        position = self._numbers(origin, "xyz", nowhere) or nowhere
-        if "quat_xyzw" not in origin.attributes:
-            angles = self._numbers(origin, "rpy", nowhere) or nowhere
-            return position, upright if not any(angles) else quaternion(*angles)
-        if "rpy" in origin.attributes:
-            self._problem(origin, "rpy", "got rpy beside quat_xyzw", "expected one of them")
-        x, y, z, w = self._numbers(origin, "quat_xyzw", None, 4) or (0.0, 0.0, 0.0, 1.0)
-        norm = sqrt(w * w + x * x + y * y + z * z)
-        if not abs(norm - 1) <= _QUATERNION_TOLERANCE:
-            right = "expected a quaternion x y z w of norm 1"
-            self._problem(origin, "quat_xyzw", f"got a quaternion of norm {norm:.6g}", right)
-            return position, upright
-        return position, (w / norm, x / norm, y / norm, z / norm)
-
     def _body(self, inertial: Element) -> Body | None:
-        parts = self._open(inertial, (), ("origin", "mass", "inertia"))
-        centre, turn = self._pose(parts.get("origin"))
+        parts = self.open(inertial, (), ("origin", "mass", "inertia"))
+        centre, turn = self.pose(parts.get("origin"))
         mass_at, inertia_at = parts.get("mass"), parts.get("inertia")
         mass, entries = None, None
         if mass_at is None:
-            self._problem(inertial, None, "got no <mass>", 'expected <mass value="..."/> (kilograms)')
+            self.problem(inertial, None, "got no <mass>", 'expected <mass value="..."/> (kilograms)')
         else:
-            self._open(mass_at, ("value",))
-            mass = self._number(mass_at, "value", None)
+            self.open(mass_at, ("value",))
+            mass = self.number(mass_at, "value", None)
         names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         if inertia_at is None:
             right = f"expected <inertia> with {', '.join(names)} (kg m^2)"
-            self._problem(inertial, None, "got no <inertia>", right)
+            self.problem(inertial, None, "got no <inertia>", right)
         else:
-            self._open(inertia_at, names)
-            entries = [self._number(inertia_at, name, None) for name in names]
+            self.open(inertia_at, names)
+            entries = [self.number(inertia_at, name, None) for name in names]
         if mass is None or entries is None or None in entries:
             return None
         xx, xy, xz, yy, yz, zz = entries
@@ -317,7 +177,7 @@ class Reader:
         if self.mend_inertia:
             possible = mended(tensor)
             if possible is not tensor and inertia_at is not None:
-                self._leave(inertia_at, MENDED)
+                self.leave(inertia_at, MENDED)
             tensor = possible
         try:
             # As in the file, so that messages contain its numbers.
@@ -325,70 +185,63 @@ class Reader:
             if turn != (1.0, 0.0, 0.0, 0.0):
                 body = Body(mass, centre=centre, inertia=rotated(tensor, turn))
         except ValueError as error:
-            self._refused(error, inertial, {"mass": (mass_at, "value"), "inertia": (inertia_at, None)})
+            self.refused(error, inertial, {"mass": (mass_at, "value"), "inertia": (inertia_at, None)})
             return None
         return body
 
     def _link(self, element: Element) -> Body | None:
-        parts = self._open(element, ("name",), ("inertial",), ("collision",))
+        parts = self.open(element, ("name",), ("inertial",), ("collision", "visual"))
+        for visual in [child for child in element.children if child.tag == "visual"]:
+            if self.pictures is not None:
+                link = element.attributes.get("name", "")
+                self.visuals += visuals_of(self, visual, link, self.pictures, self.materials)
+            else:
+                self.leave(visual, PICTURES_ON_REQUEST if self.has_loops else REASONS["link"]["visual"])
         for collision in [child for child in element.children if child.tag == "collision"]:
             if self.collisions:
                 self._collision(collision, element.attributes.get("name", ""))
             else:
-                self._leave(collision, ON_REQUEST if self.has_loops else REASONS["link"]["collision"])
+                self.leave(collision, ON_REQUEST if self.has_loops else REASONS["link"]["collision"])
         return self._body(parts["inertial"]) if "inertial" in parts else None
 
     def _collision(self, element: Element, link: str) -> None:
         """A shape for contact on a link, or an entry for what is none."""
-        parts = self._open(element, ("name",), ("origin", "geometry"))
-        position, orientation = self._pose(parts.get("origin"))
-        geometry = parts.get("geometry")
-        if geometry is None:
-            self._problem(element, None, "got no <geometry>", "expected <geometry> with a shape")
+        parts = self.open(element, ("name",), ("origin", "geometry"))
+        position, orientation = self.pose(parts.get("origin"))
+        found = self.geometry(element, parts.get("geometry"), ())
+        if found is None:
             return
-        found = self._open(geometry, (), tuple(_SHAPES), ("mesh",))
-        if len(geometry.children) != 1:
-            number = len(geometry.children) or "no"
-            self._problem(geometry, None, f"got {number} shapes", "expected one")
-            return
-        for child in geometry.children:
-            if child.tag == "mesh":
-                self._leave(child, NO_MESH)
-        for tag, shape in found.items():
-            self._open(shape, _SHAPES[tag])
-            sizes = [self._numbers(shape, name, None, 3 if name == "size" else 1) for name in _SHAPES[tag]]
-            if None in sizes:
-                continue
-            given = [number for size in sizes for number in size or ()]
-            if min(given) > 0.0:
-                self.shapes.append(_shape(tag, given, position, orientation, link))
-            else:
-                shown = ", ".join(f"{number:g}" for number in given)
-                self._problem(shape, None, f"got the sizes {shown}", "expected positive ones")
+        tag, shape = found
+        if tag is not None:
+            sizes = self.sizes(tag, shape)
+            if sizes is not None:
+                self.shapes.append(_shape(tag, sizes, position, orientation, link))
+        elif shape.tag == "mesh":
+            self.leave(shape, NO_MESH)
 
     def _loop_joint(self, element: Element) -> None:
         """A joint that closes a loop."""
-        parts = self._open(element, ("name", "type"), ("link1", "link2", "axis"))
-        name = self._text(element, "name", "a name") or ""
+        parts = self.open(element, ("name", "type"), ("link1", "link2", "axis"))
+        name = self.text(element, "name", "a name") or ""
         kind = element.attributes.get("type", "revolute")
         if kind not in _LOOP_TYPES:
-            guess = self._guess(kind, _LOOP_TYPES)
+            guess = self.guess(kind, _LOOP_TYPES)
             right = f"did you mean {guess}?" if guess else f"expected one of {', '.join(_LOOP_TYPES)}"
-            self._problem(element, "type", f'got "{kind}"', right)
+            self.problem(element, "type", f'got "{kind}"', right)
         ends = []
         for tag in ("link1", "link2"):
             if tag not in parts:
-                self._problem(element, None, f"got no <{tag}>", f'expected <{tag} link="..."/>')
+                self.problem(element, None, f"got no <{tag}>", f'expected <{tag} link="..."/>')
                 continue
-            position, orientation = self._pose(parts[tag], ("link",))
-            link = self._text(parts[tag], "link", "the name of a link")
+            position, orientation = self.pose(parts[tag], ("link",))
+            link = self.text(parts[tag], "link", "the name of a link")
             if link is not None:
                 end = LoopEnd(link, position=position, orientation=orientation)
                 ends.append((parts[tag], end))
         axis = parts.get("axis")
         if kind in _WITHOUT_AXIS:
             if axis is not None:
-                self._leave(axis, NO_AXIS)
+                self.leave(axis, NO_AXIS)
             self.loops.append(_LoopRead(element, name, ends, Spherical() if kind == "ball" else Weld()))
             return
         along = self._axis(axis)
@@ -402,7 +255,7 @@ class Reader:
             )
             self.loops.append(_LoopRead(element, name, ends, joint))
         except ValueError as error:
-            self._refused(error, element, {"axis": (axis, "xyz"), "normal": (axis, "xyz")})
+            self.refused(error, element, {"axis": (axis, "xyz"), "normal": (axis, "xyz")})
 
     def _close(self, links: Iterable[str]) -> None:
         """Check the links of loops, and their names."""
@@ -413,33 +266,33 @@ class Reader:
                 first[loop.name] = loop.element
             for element, end in loop.ends:
                 if end.link not in known:
-                    guess = self._guess(end.link or "", known)
+                    guess = self.guess(end.link or "", known)
                     right = (
                         f'did you mean "{guess}"?' if guess else "expected the name of a link of this file"
                     )
                     wrong = f'got "{end.link}", which is no link of this file'
-                    self._problem(element, "link", wrong, right)
+                    self.problem(element, "link", wrong, right)
             if len(loop.ends) == 2 and loop.ends[0][1].link == loop.ends[1][1].link:
                 wrong = f'got "{loop.ends[1][1].link}" at both ends'
-                self._problem(loop.ends[1][0], "link", wrong, "expected two links")
+                self.problem(loop.ends[1][0], "link", wrong, "expected two links")
 
     def _limits(self, joint: Element, limit: Element | None, kind: str | None) -> tuple[float, float] | None:
         """The limits that become stops; lists the others."""
         has_limits = kind in ("revolute", "prismatic")
         if limit is None:
             if has_limits:
-                self._leave(joint, NO_LIMIT, "type")
+                self.leave(joint, NO_LIMIT, "type")
             return None
         if not has_limits:
-            self._leave(limit, NO_LIMITS)
+            self.leave(limit, NO_LIMITS)
             return None
-        self._open(limit, ("lower", "upper"))
-        lower, upper = self._number(limit, "lower", 0.0), self._number(limit, "upper", 0.0)
+        self.open(limit, ("lower", "upper"))
+        lower, upper = self.number(limit, "lower", 0.0), self.number(limit, "upper", 0.0)
         if lower is None or upper is None:
             return None
         if lower > upper:
             wrong = f"got lower {lower:g} above upper {upper:g}"
-            self._problem(limit, None, wrong, "expected the lower limit below the upper one")
+            self.problem(limit, None, wrong, "expected the lower limit below the upper one")
             return None
         if self.limit_stiffness is not None and lower < upper:
             return lower, upper
@@ -447,7 +300,7 @@ class Reader:
         given = [name for name in ("lower", "upper") if name in limit.attributes]
         # In URDF, missing limits are zero.
         for name in given or (None,):
-            self._leave(limit, reason, name)
+            self.leave(limit, reason, name)
         return None
 
     def _one_coordinate(self, element: Element, parts: dict[str, Element], kind: str | None) -> Joint:
@@ -456,9 +309,9 @@ class Reader:
         limits = self._limits(element, parts.get("limit"), kind)
         dynamics = parts.get("dynamics")
         if dynamics is not None:
-            self._open(dynamics, ("damping", "friction"))
-        damping = self._number(dynamics, "damping", 0.0)
-        friction = self._number(dynamics, "friction", 0.0)
+            self.open(dynamics, ("damping", "friction"))
+        damping = self.number(dynamics, "damping", 0.0)
+        friction = self.number(dynamics, "friction", 0.0)
         make = Prismatic if kind == "prismatic" else Revolute
         try:
             return make(
@@ -475,14 +328,14 @@ class Reader:
                 "friction": (dynamics, "friction"),
                 "limits": (parts.get("limit"), None),
             }
-            self._refused(error, element, places)
+            self.refused(error, element, places)
             return Weld()
 
     def _axis(self, element: Element | None) -> tuple[float, ...]:
         default = (1.0, 0.0, 0.0)
         if element is not None:
-            self._open(element, ("xyz",))
-        return self._numbers(element, "xyz", default) or default
+            self.open(element, ("xyz",))
+        return self.numbers(element, "xyz", default) or default
 
     def _kind(self, element: Element, kind: str | None, parts: dict[str, Element]) -> Joint:
         if kind not in ("fixed", "floating", "planar"):
@@ -490,39 +343,39 @@ class Reader:
             return self._one_coordinate(element, parts, kind)
         self._limits(element, parts.get("limit"), kind)
         if "dynamics" in parts:
-            self._leave(parts["dynamics"], NO_FORCES)
+            self.leave(parts["dynamics"], NO_FORCES)
         axis = parts.get("axis")
         if kind == "planar":
             normal = self._axis(axis)
             try:
                 return Planar(normal)
             except ValueError as error:
-                self._refused(error, element, {"normal": (axis, "xyz")})
+                self.refused(error, element, {"normal": (axis, "xyz")})
         elif axis is not None:
-            self._leave(axis, NO_AXIS)
+            self.leave(axis, NO_AXIS)
         return Free() if kind == "floating" else Weld()
 
     def _joint(self, element: Element) -> _JointRead:
         once = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic")
-        parts = self._open(element, ("name", "type"), once)
-        name = self._text(element, "name", "a name")
-        kind = self._text(element, "type", f"one of {', '.join(_TYPES)}")
+        parts = self.open(element, ("name", "type"), once)
+        name = self.text(element, "name", "a name")
+        kind = self.text(element, "type", f"one of {', '.join(_TYPES)}")
         if kind is not None and kind not in _TYPES:
-            guess = self._guess(kind, _TYPES)
+            guess = self.guess(kind, _TYPES)
             right = f"did you mean {guess}?" if guess else f"expected one of {', '.join(_TYPES)}"
-            self._problem(element, "type", f'got "{kind}"', right)
+            self.problem(element, "type", f'got "{kind}"', right)
         ends: dict[str, str | None] = {}
         for end in ("parent", "child"):
             if end in parts:
-                self._open(parts[end], ("link",))
-                ends[end] = self._text(parts[end], "link", "the name of a link")
+                self.open(parts[end], ("link",))
+                ends[end] = self.text(parts[end], "link", "the name of a link")
             else:
                 ends[end] = None
-                self._problem(element, None, f"got no <{end}>", f'expected <{end} link="..."/>')
-        position, orientation = self._pose(parts.get("origin"))
+                self.problem(element, None, f"got no <{end}>", f'expected <{end} link="..."/>')
+        position, orientation = self.pose(parts.get("origin"))
         joint = self._kind(element, kind, parts)
         if "mimic" in parts and kind in _NOT_ONE_COORDINATE:
-            self._leave(parts["mimic"], NO_MIMIC)
+            self.leave(parts["mimic"], NO_MIMIC)
         elif "mimic" in parts:
             self._mimic(parts["mimic"], name)
         return _JointRead(
@@ -530,10 +383,10 @@ class Reader:
         )
 
     def _mimic(self, element: Element, joint: str | None) -> None:
-        self._open(element, ("joint", "multiplier", "offset"))
-        of = self._text(element, "joint", "the name of a joint")
-        multiplier = self._number(element, "multiplier", 1.0)
-        offset = self._number(element, "offset", 0.0)
+        self.open(element, ("joint", "multiplier", "offset"))
+        of = self.text(element, "joint", "the name of a joint")
+        multiplier = self.number(element, "multiplier", 1.0)
+        offset = self.number(element, "offset", 0.0)
         if joint is not None and of is not None and multiplier is not None and offset is not None:
             self.mimic.append(_MimicRead(element, joint, of, multiplier, offset))
 
@@ -545,11 +398,11 @@ class Reader:
             other = joints.get(mimic.of)
             kind = other.element.attributes.get("type") if other else None
             if other is None:
-                guess = self._guess(mimic.of, joints)
+                guess = self.guess(mimic.of, joints)
                 wrong = f'got "{mimic.of}", which is no joint of this file'
-                self._problem(mimic.element, "joint", wrong, f'did you mean "{guess}"?' if guess else right)
+                self.problem(mimic.element, "joint", wrong, f'did you mean "{guess}"?' if guess else right)
             elif kind in _NOT_ONE_COORDINATE:
-                self._problem(mimic.element, "joint", f'got "{mimic.of}", a {kind} joint', right)
+                self.problem(mimic.element, "joint", f'got "{mimic.of}", a {kind} joint', right)
             else:
                 following[mimic.joint] = mimic
         seen: set[str] = set()
@@ -564,7 +417,7 @@ class Reader:
                 circle = trail[trail.index(name) :]
                 closing = max((following[joint] for joint in circle), key=lambda mimic: mimic.element.start)
                 wrong = f"got a circle of joints that mimic each other: {' -> '.join([*circle, name])}"
-                self._problem(closing.element, "joint", wrong, "expected one that moves by itself")
+                self.problem(closing.element, "joint", wrong, "expected one that moves by itself")
         if self.document.problems:
             return
         for mimic in following.values():
@@ -576,13 +429,18 @@ class Reader:
     # The tree
 
     def _robot(self, root: Element, floating: bool) -> tuple[tuple[Link, ...], dict[str, _JointRead]]:
-        self._open(root, ("name",), (), ("link", "joint", "loop_joint"))
+        read_too = ("material",) if self.pictures is not None else ()
+        self.open(root, ("name",), (), ("link", "joint", "loop_joint", *read_too))
+        # Links may come before the materials that they refer to.
+        for element in root.children:
+            if self.pictures is not None and element.tag == "material":
+                self.materials[element.attributes.get("name", "")] = colour_of(self, element, {})
         links: dict[str, tuple[Element, Body | None]] = {}
         joints: dict[str, _JointRead] = {}
         read: list[_JointRead] = []
         for element in root.children:
             if element.tag == "link":
-                name = self._text(element, "name", "a name")
+                name = self.text(element, "name", "a name")
                 body = self._link(element)
                 if name is not None and self._is_new(
                     element, name, links[name][0] if name in links else None
@@ -592,7 +450,7 @@ class Reader:
                 if self.has_loops:
                     self._loop_joint(element)
                 else:
-                    self._leave(element, NO_LOOPS_HERE)
+                    self.leave(element, NO_LOOPS_HERE)
             elif element.tag == "joint":
                 joint = self._joint(element)
                 read.append(joint)
@@ -600,7 +458,7 @@ class Reader:
                 if joint.name and self._is_new(element, joint.name, other.element if other else None):
                     joints[joint.name] = joint
         if not any(element.tag == "link" for element in root.children):
-            self._problem(root, None, "got no links", 'expected at least one: <link name="..."/>')
+            self.problem(root, None, "got no links", 'expected at least one: <link name="..."/>')
             return (), joints
         self._couple(joints)
         self._close(links)
@@ -631,7 +489,7 @@ class Reader:
         if other is None:
             return True
         wrong = f'got "{name}", which the {element.tag} in line {other.line} has'
-        self._problem(element, "name", wrong, "expected a new name")
+        self.problem(element, "name", wrong, "expected a new name")
         return False
 
     def _edges(
@@ -645,9 +503,9 @@ class Reader:
             for end, name in (("parent", joint.parent), ("child", joint.child)):
                 if name is None or name in links:
                     continue
-                guess = self._guess(name, links)
+                guess = self.guess(name, links)
                 right = f'did you mean "{guess}"?' if guess else "expected the name of a link of this file"
-                self._problem(joint.parts[end], "link", f'got "{name}", which is no link of this file', right)
+                self.problem(joint.parts[end], "link", f'got "{name}", which is no link of this file', right)
                 known = False
             if joint.child is None or joint.child not in links:
                 continue
@@ -657,7 +515,7 @@ class Reader:
                     f'got "{joint.child}", which the joint "{other.name}" in line {other.element.line} '
                     "has as its child already"
                 )
-                self._problem(joint.parts["child"], "link", wrong, "expected a link without another parent")
+                self.problem(joint.parts["child"], "link", wrong, "expected a link without another parent")
                 continue
             # Also if its parent is unknown, so that it is not a root.
             above[joint.child] = joint
@@ -676,7 +534,7 @@ class Reader:
         for name in roots[1:]:
             wrong = f'got a second root; the first one is "{roots[0]}" in line {links[roots[0]][0].line}'
             right = "expected a joint with this link as its child: all links but one have one"
-            self._problem(links[name][0], None, wrong, right)
+            self.problem(links[name][0], None, wrong, right)
         order: list[str] = []
         waiting = roots[::-1]
         while waiting:
@@ -703,7 +561,7 @@ class Reader:
         turned = [*circle[first:], *circle[:first], circle[first]]
         named = turned if len(turned) <= 8 else [*turned[:4], "...", *turned[-3:]]
         wrong = f"got a circle of links: {' -> '.join(named)}"
-        self._problem(closing.element, None, wrong, "expected a tree: no link behind itself")
+        self.problem(closing.element, None, wrong, "expected a tree: no link behind itself")
 
 
 def _loop(read: _LoopRead) -> Loop:
@@ -728,20 +586,5 @@ def _shape(
     if tag == "capsule":
         half = 0.5 * length * turn[:, 2]
         return Capsule(middle - half, middle + half, radius, link=link)
-    # Regular polygon with the area of the circle.
-    angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
-    outer = radius * np.sqrt(2.0 * np.pi / (_SIDES * np.sin(2.0 * np.pi / _SIDES)))
-    ring = np.stack([outer * np.cos(angle), outer * np.sin(angle), np.zeros(_SIDES)], axis=-1)
-    half = np.array([0.0, 0.0, 0.5 * length])
-    corners = np.concatenate([ring - half, ring + half])
-    k = np.arange(_SIDES)
-    after = (k + 1) % _SIDES
-    walls = [(k, after, after + _SIDES), (k, after + _SIDES, k + _SIDES)]
-    fan = np.arange(1, _SIDES - 1)
-    ends = [(0 * fan, fan + 1, fan), (0 * fan + _SIDES, fan + _SIDES, fan + 1 + _SIDES)]
-    faces = np.concatenate([np.stack(each, axis=-1) for each in (*walls, *ends)])
+    corners, faces = prism(radius, length)
     return ConvexMesh(corners @ turn.T + middle, faces, link=link)
-
-
-def _is_xacro(value: str) -> bool:
-    return "${" in value or "$(" in value

@@ -12,6 +12,7 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use self::inputs::Inputs;
 use self::models::{Count, Models};
@@ -27,6 +28,7 @@ use super::rows::{of_row, threads};
 use super::simulate::{MethodOf, OptionArguments, method, needs_damping, with_python_names};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::Parameters;
+use crate::python::words::no_others;
 use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Ensemble, Keep, Monitor, Outcome, Size};
 use crate::simulation::time_limit::TimeLimit;
@@ -108,7 +110,7 @@ pub(super) use self::result::PyEnsembleResult;
         model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
         places=None, memory_limit=MEMORY_LIMIT, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
         gamma=None, alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_steps=None, predictor=None,
-        reuse_jacobian=None, max_seconds=None
+        reuse_jacobian=None, max_seconds=None, **others
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=False, \
                       keep='states', places=None, memory_limit=4294967296.0, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
@@ -146,7 +148,9 @@ pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::optional_text::predictor)] predictor: Option<&str>,
     #[pyo3(from_py_with = arguments::optional_flag::reuse_jacobian)] reuse_jacobian: Option<bool>,
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyEnsembleResult> {
+    no_others("simulate_many", others)?;
     let (py, keep, workers) = (model.py(), keep_of(keep)?, threads(workers)?);
     let models = Models::of(model)?;
     let first = models.first();

@@ -10,7 +10,7 @@ pub(super) mod system;
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyDict, PyString};
 
 pub(super) use result::{PyDenseOutput, PyOdeResult};
 pub(super) use stepper::{PyDop853, PyOdeSolver, PyRadau, PyRk45};
@@ -21,6 +21,7 @@ use super::convert;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode::{Event, Options, Output, Solution, Stepper, solve};
 use crate::python::errors::OrRaise as _;
+use crate::python::words::no_others;
 use function::Function;
 use system::{Parts, PySystem, SharedRaised};
 
@@ -114,7 +115,7 @@ use system::{Parts, PySystem, SharedRaised};
     signature = (
         fun, t_span, y0, method=None, t_eval=None, dense_output=false, events=None, vectorized=false, args=None, *,
         rtol=None, atol=None, first_step=None, max_step=None, min_step=0.0, max_steps=None, jac=None,
-        jac_sparsity=None, controller="I", event_samples=None, callback=None
+        jac_sparsity=None, controller="I", event_samples=None, callback=None, **others
     ),
     text_signature = "(fun, t_span, y0, method='rk45', t_eval=None, dense_output=False, events=None, vectorized=False, \
                       args=None, *, rtol=0.001, atol=1e-06, first_step=None, max_step=None, min_step=0.0, \
@@ -143,7 +144,9 @@ pub(super) fn solve_ivp<'py>(
     #[pyo3(from_py_with = arguments::text::controller)] controller: &str,
     #[pyo3(from_py_with = arguments::optional_whole::event_samples)] event_samples: Option<i64>,
     #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyOdeResult> {
+    no_others("solve_ivp", others)?;
     let t_span = interval(t_span)?;
     let y0 = options::initial_state(y0)?;
     let default = PyString::new(py, "rk45").into_any();

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
 use super::object::{PyPart, wrapped};
-use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value};
+use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value, suggestion};
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
@@ -335,7 +335,17 @@ fn one_of(
     };
     let classes = classes_of(whole);
     let found = convert::describe(object);
-    Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}")))
+    let meant = class_meant(object, kinds)
+        .map_or_else(String::new, |class| format!("; did you mean lissom.{class}(...)?"));
+    Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}{meant}")))
+}
+
+/// The class whose name in scenes is given in place of an object, such as "weld".
+fn class_meant(object: &Bound<'_, PyAny>, kinds: &[Kind]) -> Option<&'static str> {
+    let word: String = object.extract().ok()?;
+    let parts: Vec<_> = kinds.iter().filter_map(Kind::schema).filter(|part| !part.tag.is_empty()).collect();
+    let tag = suggestion(&word, parts.iter().map(|part| part.tag))?;
+    parts.iter().find(|part| part.tag == tag).map(|part| part.class())
 }
 
 /// The table of a part from its arguments, as a tuple or a dict, or None for none.

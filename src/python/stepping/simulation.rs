@@ -18,6 +18,7 @@ use super::super::simulate::{MethodOf, OptionArguments, method as method_of, nee
 use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::integrators::newmark::Parameters;
 use crate::python::errors::OrRaise as _;
+use crate::python::words::no_others;
 use crate::simulation::methods::Configuration;
 use crate::simulation::simulate::Method;
 use crate::simulation::time_limit::TimeLimit;
@@ -117,7 +118,7 @@ impl PySimulation {
     #[pyo3(
         signature = (
             model, *, dt, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
-            alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None
+            alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None, **others
         ),
         text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
                           gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, min_step=0.0, max_seconds=None)"
@@ -140,7 +141,9 @@ impl PySimulation {
         #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
         #[pyo3(from_py_with = arguments::number::min_step)] min_step: f64,
         #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Simulation", others)?;
         let py = model.py();
         let Ok(model) = model.cast::<PyModel>() else {
             return Err(PyTypeError::new_err(format!(

@@ -477,8 +477,9 @@ pub(super) fn without_inertia<M: Model>(model: M, v0: &[f64]) -> Result<M, Inval
     let found = "without inertia, of a robot with tendons that do not stretch";
     check.require(!model.facts().is_one_sided, "method", found, expected);
     let slowed = model.with_inertia_times(newmark::SLOWED);
-    let expected = "a robot or rod of lissom, in a flow without added mass (`added_mass_coefficient=0`): of others inertia cannot be left out";
-    check.require(slowed.is_some(), "method", "without inertia, of this model", expected);
+    let expected = "another method: \"quasi_static\" leaves inertia out, which only robots and rods allow, in flows without added mass \
+                    (`added_mass_coefficient=0`)";
+    check.require(slowed.is_some(), "method", "\"quasi_static\" for this model", expected);
     check.finish()?;
     Ok(slowed.expect("it was checked"))
 }

@@ -1,5 +1,7 @@
 """Linear models with sensors as outputs, and in discrete time, against motions and other programs."""
 
+import re
+
 import control
 import numpy as np
 import pytest
@@ -219,3 +221,40 @@ def test_steps_beyond_numbers_are_refused():
     assert np.linalg.eigvals(standing.A).real.max() > 1.0
     with pytest.raises(lissom.LissomError, match="shorter dt"):
         standing.discrete(1e4)
+
+
+def test_shapes_that_are_no_equilibria_are_said():
+    """With the distance to the equilibrium, in any units; not where forces hold them."""
+    soft = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 3})
+    rod = lissom.Rod([soft])
+    rest = lissom.statics(rod).q
+    # Of four digits too: no warning, which would be an error here.
+    lissom.linearise(rod, rest)
+    lissom.linearise(rod, rest.round(4))
+    with pytest.warns(lissom.AccuracyWarning, match="q is no equilibrium: .* Take `q` of `lissom.statics"):
+        found = lissom.linearise(rod, 0 * rest)
+    held = lissom.linearise(rod, 0 * rest, held=True)
+    np.testing.assert_array_equal(found.A, held.A)
+    # Near the equilibrium the displacement is that of the tip, relative to the length.
+    near = rest + np.array([0.3, 0.0, 0.0])
+    apart = np.linalg.norm(rod.pose(near)[:3, 3] - rod.pose(rest)[:3, 3]) / 0.3
+    with pytest.warns(lissom.AccuracyWarning) as caught:
+        lissom.linearise(rod, near)
+    share = float(re.search(r"by about ([\d.e-]+) of its size", str(caught[0].message))[1])
+    assert share == pytest.approx(apart, rel=0.1)
+    with pytest.raises(TypeError, match="held: expected True or False, got int"):
+        lissom.linearise(rod, rest, held=1)
+
+
+def test_what_falls_is_no_equilibrium():
+    ball = lissom.Link("ball", body=lissom.Body(0.1), joint=lissom.Prismatic((0, 0, 1)))
+    with pytest.warns(lissom.AccuracyWarning, match="q is no equilibrium"):
+        lissom.linearise(lissom.Robot([ball]), [1.0])
+    lissom.linearise(lissom.Robot([ball], gravity=(0, 0, 0)), [1.0])
+
+
+def test_equilibria_of_loops_and_pendulums_are_some():
+    pendulum = lissom.SpringPendulum()
+    lissom.linearise(pendulum, lissom.statics(pendulum).q)
+    with pytest.warns(lissom.AccuracyWarning, match="q is no equilibrium"):
+        lissom.linearise(pendulum, [0.5, 0.0])

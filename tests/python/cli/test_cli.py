@@ -5,6 +5,7 @@ import os
 import pty
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -965,3 +966,77 @@ def test_links_in_a_circle_are_no_folder(scene, tmp_path):
     assert done.returncode == 1
     assert done.stderr.startswith("circle could not be written")
     assert (tmp_path / "circle").is_symlink()
+
+
+def test_visuals_of_imported_files_are_drawn_on_request(tmp_path):
+    text = (SCENES / "arm.toml").read_text()
+    (tmp_path / "arm.toml").write_text(re.sub(r"t_end = [\d.]+", "t_end = 0.05", text))
+    shutil.copy(SCENES / "arm.urdf", tmp_path)
+    done = lissom_command("run", "arm.toml", "--visuals", "-o", "out", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert '"kind":"mesh"' in (tmp_path / "out/report.html").read_text().replace(": ", ":")
+    (tmp_path / "arm.urdf").write_text(
+        (SCENES / "arm.urdf")
+        .read_text()
+        .replace('<box size="0.2 0.04 0.04"/>', '<mesh filename="gone.stl"/>')
+    )
+    done = lissom_command("run", "arm.toml", "--visuals", "-o", "out2", cwd=tmp_path)
+    assert done.returncode == 2
+    assert 'mesh@filename: got "gone.stl", which cannot be read' in done.stderr
+    assert not (tmp_path / "out2").exists()
+    done = lissom_command("run", SCENES / "finger.toml", "--visuals", cwd=tmp_path)
+    assert done.returncode == 2
+    assert "--visuals: the scene imports no URDF file" in done.stderr
+
+
+COARSE = """version = 1
+[scene]
+name = "coarse"
+[[rod]]
+[[rod.segment]]
+length = 0.3
+section = { shape = "circle", radius = 0.01 }
+young_modulus = 1e6
+poisson_ratio = 0.5
+density = 1000
+modes = { bend_y = 3 }
+[simulation]
+t_end = 1
+dt = 0.05
+"""
+
+
+def test_a_run_names_one_length_of_steps(tmp_path):
+    """That which follows from the motion, where there is one; before a run that of the vibrations."""
+    (tmp_path / "coarse.toml").write_text(COARSE)
+    done = lissom_command("run", "coarse.toml", "--no-report", cwd=tmp_path)
+    assert len(re.findall(r"steps of [\d.e-]+ s(?=,| \()", done.stdout)) == 1, done.stdout
+    assert "natural frequencies; the next" not in done.stdout
+    checked = lissom_command("check", "coarse.toml", cwd=tmp_path)
+    assert "needs steps of 0.016 s (10 per period)" in checked.stdout
+
+
+def test_check_refuses_what_run_refuses(tmp_path):
+    text = """version = 1
+    [pendulum]
+    length = 1
+    mass = 1
+    stiffness = 100
+    [simulation]
+    t_end = 1
+    dt = 0.01
+    method = "quasi_static"
+    """
+    (tmp_path / "pendulum.toml").write_text(text)
+    checked = lissom_command("check", "pendulum.toml", cwd=tmp_path)
+    ran = lissom_command("run", "pendulum.toml", cwd=tmp_path)
+    assert checked.returncode == ran.returncode == 2
+    assert checked.stderr == ran.stderr
+    assert checked.stderr.startswith("pendulum.toml: method: got ")
+    moving = COARSE.replace("[simulation]", '[simulation]\nmethod = "quasi_static"').replace(
+        "[[rod]]", "[[rod]]\nv0 = [1, 0, 0]"
+    )
+    (tmp_path / "moving.toml").write_text(moving)
+    checked = lissom_command("check", "moving.toml", cwd=tmp_path)
+    assert checked.returncode == 2
+    assert "v0: got 1, expected none" in checked.stderr

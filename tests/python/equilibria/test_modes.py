@@ -231,7 +231,7 @@ class TestLinearModels:
             for name, parameter in inspect.signature(lissom.linearise).parameters.items()
             if name not in ("model", "q")
         }
-        assert given == {"inputs": "forces", "outputs": "coordinates", "t": 0.0, "u": None}
+        assert given == {"inputs": "forces", "outputs": "coordinates", "t": 0.0, "u": None, "held": False}
         linear = lissom.linearise(model, [0, 0])
         assert linear.states == ("q0", "q1", "v0", "v1")
         assert linear.inputs == ("force0", "force1")

@@ -816,9 +816,28 @@ _FOUND = {
 _SHOWN = {"model": "v.planar()", "t": "0.1"}
 _PAGE = {"path": "v.place('x.html')", "title": "'A rod'", "u": "[]"}
 _FILM = {"path": "v.place('x.gif')", "fps": "10.0", "duration": "0.2"}
+_LOOK = "[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]"
 _MOVED = "v.alone(lissom.simulate(v.planar(), 0.02))"
 RECIPES |= {
     "load": {"path": "v.saved()"},
+    "read_visuals": {
+        "path": "v.mesh()",
+        "link": "'a'",
+        "scale": "1e-3",
+        "position": _a(0.1, 0.0, 0.0),
+        "orientation": _a(0.6, 0.0, 0.8, 0.0),
+        "colour": "'#808080'",
+        "opacity": "0.5",
+        "max_triangles": "10",
+    },
+    "Visual": {
+        "link": "'rod'",
+        "points": _LOOK,
+        "faces": "[[0, 2, 1], [0, 1, 3]]",
+        "name": "'a'",
+        "colour": "'#808080'",
+        "opacity": "0.5",
+    },
     "Model.advice": {"self": _MODEL},
     "Model.to_scene": {
         "self": "v.robot()",
@@ -846,7 +865,12 @@ RECIPES |= {
         "u": "[]",
     }
     | _SHOWN,
-    "MotionResult.report": {"self": _MOVED, "path": "v.place('x.html')", "title": "'A rod'"},
+    "MotionResult.report": {
+        "self": _MOVED,
+        "path": "v.place('x.html')",
+        "title": "'A rod'",
+        "visuals": "[v.look()]",
+    },
     "MotionResult.save": [
         *(
             {"self": _MOVED, "path": f"v.place('x{suffix}')"}
@@ -859,7 +883,7 @@ RECIPES |= {
     ],
     "MotionResult.to_xarray": {"self": _MOVED},
     "LinearModel.discrete": {
-        "self": "lissom.linearise(v.planar(), np.zeros(2))",
+        "self": "lissom.linearise(v.planar(), np.zeros(2), held=True)",
         "dt": "1e-2",
         "delay": "1.5e-2",
     },

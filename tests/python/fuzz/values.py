@@ -140,6 +140,20 @@ def urdf():
     return str(path)
 
 
+def mesh():
+    """The path of a file with a tetrahedron."""
+    path = pathlib.Path(place("mesh.obj"))
+    path.write_text(
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", encoding="utf-8"
+    )
+    return str(path)
+
+
+def look():
+    """A visual of the rod of `planar`."""
+    return lissom.Visual("rod", [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0)], [(0, 1, 2)])
+
+
 def place(name):
     """A file of this process in a writable folder."""
     return str(pathlib.Path(tempfile.gettempdir()) / f"lissom-{os.getpid()}-{name}")

@@ -82,6 +82,7 @@ def test_what_is_compiled_imports_no_other_module(name, tmp_path):
             for m in (
                 "_lissom",
                 "attached",
+                "attached.missing",
                 "attached.models",
                 "attached.texts",
                 "common",

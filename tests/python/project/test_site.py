@@ -4,7 +4,9 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 import lissom
 from lissom import gym, methods, sensors, urdf
@@ -45,6 +47,24 @@ def test_every_scene_is_in_the_gallery():
     assert {name.replace("-", "_") for name in re.findall(r"^:link: gallery\.html#(.+)$", text, re.M)} == {
         name.replace("-", "_") for name in scenes
     }
+
+
+def test_every_scene_has_a_small_film():
+    """The gallery loads them when they are played: they move, and all together are as large as one report."""
+    films = {path.stem: path for path in (DOCS / "static" / "films").glob("*.webp")}
+    assert films.keys() == {path.stem for path in (DOCS.parent / "scenes").glob("*.toml")}
+    assert sum(path.stat().st_size for path in films.values()) < 600_000
+    for name, path in films.items():
+        assert path.stat().st_size < 80_000, name
+        with Image.open(path) as film:
+            if name == "lab-hanging":
+                # It hangs still, as it has to.
+                assert getattr(film, "n_frames", 1) == 1
+                continue
+            assert film.n_frames > 20, name
+            first = np.asarray(film.convert("RGB"), float)
+            film.seek(film.n_frames // 2)
+            assert np.abs(np.asarray(film.convert("RGB"), float) - first).max() > 50, name
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)

@@ -298,7 +298,7 @@ def test_linear_models_see_velocities_of_what_is_prescribed(make):
         )
     q, t, step = 0.1 * np.ones(6), 0.3, 1e-6
     outputs = ("ball_position", "ball_velocity", "ball_angular_velocity")
-    linear = lissom.linearise(robot, q, outputs=outputs, t=t)
+    linear = lissom.linearise(robot, q, outputs=outputs, t=t, held=True)
     assert linear.states == (*robot.coordinates, *(f"{name}.rate" for name in robot.coordinates))
     assert linear.inputs[0] == f"{robot.coordinates[0]}.force"
 

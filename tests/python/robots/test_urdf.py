@@ -752,7 +752,8 @@ def test_the_summary_has_a_line_for_each_kind(read):
     assert limits.startswith(
         "  robot/joint/limit@upper (4; lines 7, 7, 7 and 1 more): stops are stiff springs"
     )
-    assert visuals == "  robot/link/visual (5; lines 2, 3, 4 and 2 more): only for pictures"
+    reason = "only for pictures; read on request: give visuals=True"
+    assert visuals == f"  robot/link/visual (5; lines 2, 3, 4 and 2 more): {reason}"
     single = read('<robot name="r"><link name="a"/></robot>')
     assert str(single).endswith('robot "r", 1 link, 0 joints; everything was taken over')
 

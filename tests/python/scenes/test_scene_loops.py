@@ -131,7 +131,7 @@ def test_runs_are_those_of_python():
         ('kind = { type = "weld" }\na = { link = "cranc" }', 2, 'loop[0].a.link: no link is called "cranc"'),
         ('kind = { type = "weld" }\na = { lnk = "crank" }', 2, "did you mean `link`"),
         ('kind = { type = "weld" }\na = 3', 2, "expected text in quotes or a table"),
-        ('kind = "weld"\na = "crank"', 1, 'got the text "weld"; expected a table'),
+        ('kind = "weld"\na = "crank"', 1, 'got the text "weld"; expected a table, such as { type = "weld" }'),
         ('kind = { type = "revolute" }\na = "crank"', 1, "axis is missing; add axis: direction"),
         ('kind = { type = "universal", axis1 = [1, 0, 0] }\na = "crank"', 1, "axis2 is missing"),
         ('kind = { type = "distance" }\na = "crank"', 1, "length is missing; add length: distance"),

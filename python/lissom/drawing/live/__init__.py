@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from ..._lissom import Scene, Simulation
 from ...common.arguments import flag, number, sequence, whole
 from ...common.extras import missing
+from ...model.visuals import Visual
 from .motion import ADAPTIVE
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def open_view(
     title: str = "lissom",
     allow_hosts: Sequence[str] = (),
     dark: bool = False,
+    visuals: Sequence[Visual] = (),
 ) -> LiveView:
     """Create the page of a simulation, initially not running; raises as `Simulation.view` does."""
     if missing("viser"):
@@ -57,6 +59,7 @@ def open_view(
         title=title,
         allow_hosts=allow_hosts,
         dark=flag("dark", dark),
+        visuals=visuals,
     )
 
 
@@ -68,6 +71,7 @@ def of_scene(
     paused: bool = False,
     allow_hosts: Sequence[str] = (),
     dark: bool = False,
+    visuals: Sequence[Visual] = (),
 ) -> LiveView:
     """Create the page of a scene, initially not running; raises as `Simulation.view` does."""
     return open_view(
@@ -78,6 +82,7 @@ def of_scene(
         title=scene.name,
         allow_hosts=allow_hosts,
         dark=dark,
+        visuals=visuals,
     )
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import meshes
 from ..report import theme
-from ..report.layers import Arrows, Dots, Line, Solid, Strand, Thing, Tube, rotations
+from ..report.layers import Arrows, Dots, Line, Mesh, Solid, Strand, Thing, Tube, rotations
 from ..report.symbols import LEGEND
 from .shape import SHADE, Stage
 
@@ -81,6 +81,8 @@ class Canvas:
                     seen |= self._tube(name, thing)
                 case Solid():
                     seen |= self._solid(name, thing)
+                case Mesh():
+                    seen |= self._visual(name, thing)
                 case Strand():
                     seen |= self._strand(name, thing)
                 case Arrows():
@@ -154,6 +156,26 @@ class Canvas:
         # rods.
         vertices = (unit * np.asarray(thing.size)) @ turn.T + centre
         self._mesh(name, vertices, triangles, LEGEND[thing.layer], _translucent(thing.opacity))
+        return {name}
+
+    def _visual(self, name: str, thing: Mesh) -> set[str]:
+        pose = [thing.centres[0], thing.turns[0]]
+        if not all(np.isfinite(part).all() for part in pose):
+            return set()
+        node = self._nodes.get(name)
+        if node is None:
+            colour = _rgb(thing.colour or LEGEND[thing.layer])
+            node = self._nodes[name] = self._scene.add_mesh_simple(
+                name,
+                thing.corners,
+                thing.faces,
+                color=colour,
+                opacity=_translucent(thing.opacity),
+                side="double" if thing.is_open else "front",
+            )
+        # A moving node, other than bodies: its corners are too many to be sent for each frame.
+        if self._is_new(name, *pose):
+            node.position, node.wxyz = pose
         return {name}
 
     def _dots(self, name: str, thing: Dots) -> set[str]:

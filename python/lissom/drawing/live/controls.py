@@ -57,13 +57,19 @@ class Controls:
         self.is_traced = False
         self._shape = shape
         self._of_motion()
-        self._of_page(dark)
-        self._scale = self._of_picture()
         self._sliders = [self._of_input(each) for each in self._folder("Inputs", sliders)]
         if sliders:
             defaults = server.gui.add_button("All inputs as at the start")
             defaults.on_click(self._later(lambda: self._put_back(sliders)))
         self._handle = self._of_pull(shape.stage.size) if self._motion.tips else None
+        self._of_speed()
+        self._of_page(dark)
+        self._scale = self._of_picture()
+
+        async def opened(client: viser.ClientHandle) -> None:
+            self._todo.put(lambda: _step_back(client.camera, server.initial_camera))
+
+        server.on_client_connect(opened)
 
     def _folder(self, name: str, entries: Sequence[Any]) -> Sequence[Any]:
         """Group controls below a heading, if there are any."""
@@ -92,11 +98,14 @@ class Controls:
             self._todo.put(lambda: self._look(event.client))
 
         centre.on_click(look)
-        by_name = {f"{each:g} ×": each for each in sorted({*SPEEDS, playback.speed})}
-        speed = gui.add_dropdown("Speed", list(by_name), initial_value=f"{playback.speed:g} ×")
         self._run.on_click(self._later(self._toggle))
         step.on_click(self._later(playback.step))
         reset.on_click(self._later(self._reset))
+
+    def _of_speed(self) -> None:
+        playback = self._playback
+        by_name = {f"{each:g} ×": each for each in sorted({*SPEEDS, playback.speed})}
+        speed = self._server.gui.add_dropdown("Speed", list(by_name), initial_value=f"{playback.speed:g} ×")
 
         def set_speed() -> None:
             playback.speed = by_name[str(speed.value)]
@@ -247,6 +256,16 @@ class Controls:
             if motion.let_go:
                 said = f"Let go: {_plain(motion.let_go)}"
             self._force.content = said
+
+
+def _step_back(camera: viser.CameraHandle, first: Any) -> None:
+    """On pages that are higher than wide, see the whole model across them."""
+    if camera.aspect < 1.0:
+        # What a page says of its camera when it connects may be from before it was placed.
+        place, towards = np.asarray(first.position, float), np.asarray(first.look_at, float)
+        # In this order: another place moves the centre of the view, too.
+        camera.position = towards + (place - towards) / camera.aspect
+        camera.look_at = towards
 
 
 def show(server: viser.ViserServer, dark: bool) -> None:

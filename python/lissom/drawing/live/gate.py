@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import gzip
 import io
 import ipaddress
 import logging
+import pkgutil
 import re
 import threading
 from collections.abc import Collection, Iterator, Mapping
@@ -121,7 +123,8 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
     create, is_guarded = library.serve, False
     known = names_of(hosts)
     # Another page could lay the view over its own, and let the user click there.
-    framing = [f"[{name}]:*" if ":" in name else f"{name}:*" for name in sorted(LOCAL | known)]
+    # Policies have no addresses of IPv6: browsers report those as errors, and such pages frame no view.
+    framing = [f"{name}:*" for name in sorted(LOCAL | known) if ":" not in name]
     policy = f"frame-ancestors {' '.join(framing)}"
 
     def guarded(handler: Any, *place: Any, process_request: Any, **options: Any) -> Any:
@@ -136,6 +139,7 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
             response = process_request(connection, request)
             if response is not None:
                 response.headers["Content-Security-Policy"] = policy
+                _style(response)
             return response
 
         async def heard(connection: Any) -> None:
@@ -166,6 +170,21 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
             f"viser {viser.__version__} does not let lissom check who connects; install viser 1.1"
         )
     return server
+
+
+def _style(response: Response) -> None:
+    """Add the style for phones to the page."""
+    if not response.headers.get("Content-Type", "").startswith("text/html"):
+        return
+    is_packed = response.headers.get("Content-Encoding") == "gzip"
+    page = gzip.decompress(response.body) if is_packed else bytes(response.body)
+    style = pkgutil.get_data(__package__, "phone.css")
+    assert style is not None, "packages are read from files or archives"
+    page = page.replace(b"</head>", b"<style>" + style + b"</style></head>", 1)
+    # Level 1: the script of the page is packed already.
+    response.body = gzip.compress(page, 1) if is_packed else page
+    del response.headers["Content-Length"]
+    response.headers["Content-Length"] = str(len(response.body))
 
 
 @contextlib.contextmanager

@@ -5,13 +5,15 @@ This module is independent of clocks, servers and drawing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import Energy, Input, LissomError, Load, Simulation
-from ...model.views import view
+from ...model.views import drawn
+from ...model.visuals import Visual
 from .spring import Spring, spring
 
 Array = NDArray[np.float64]
@@ -33,9 +35,9 @@ KEPT = ("unresolved", "inverted", "collapsed")
 class Motion:
     """A motion that continues from the state of a simulation, which does not change."""
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, visuals: Sequence[Visual] = ()) -> None:
         self.model = simulation.model
-        self.view = view(self.model)
+        self.view = drawn(self.model, visuals)
         self._start: dict[str, Any] = {"q0": simulation.q, "v0": simulation.v, "t0": simulation.t}
         # The data of a pickle: model, options, start and memory.
         kept: Any = simulation.__reduce__()

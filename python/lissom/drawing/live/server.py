@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import Simulation
+from ...model.visuals import Visual
 from ..report.layers import Strand, Thing
 from .canvas import Canvas
 from .controls import Controls, show
@@ -52,8 +53,9 @@ class LiveView:
         title: str,
         allow_hosts: Collection[str] = (),
         dark: bool = False,
+        visuals: Sequence[Visual] = (),
     ) -> None:
-        self._motion = motion = Motion(simulation)
+        self._motion = motion = Motion(simulation, visuals)
         own = sliders(motion, ranges)
         self._shape = Shape(motion.view, motion.q, motion.v, motion.t, motion.u)
         self._playback = Playback(motion, speed, paused)

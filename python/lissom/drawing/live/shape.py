@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from ...model import fibres
 from ...model.views import View
-from ..report import contacts, layers, quantities, solids, symbols
+from ..report import contacts, layers, quantities, solids, symbols, visuals
 from ..report import motion as drawing
-from ..report.layers import DrawnStates, Largest, Thing, Tube, quaternions
+from ..report.layers import DrawnStates, Largest, Mesh, Thing, Tube, quaternions
 
 Array = NDArray[np.float64]
 
@@ -54,6 +54,7 @@ class Shape:
         self.view = view
         self._largest = Largest()
         self._tubes: list[Tube] = []
+        self._meshes: list[Mesh] | None = None
         if view.is_spatial:
             # Sections are the same in all shapes.
             self._tubes = [
@@ -102,8 +103,18 @@ class Shape:
         return [
             *self._shaded([self._moved(i, q, at) for i in range(len(self._tubes))], q, v, at, u),
             *drawing.bodies(self.view, q[None], at),
+            *self._visuals(q, at),
             *symbols.symbols(self.view.glyphs, shown),
             *contacts.contacts(self.view.glyphs.contacts, shown, *self._box),
+        ]
+
+    def _visuals(self, q: Array, t: Array) -> list[Mesh]:
+        """Visuals, with corners and normals that are found once."""
+        if self._meshes is None:
+            self._meshes = visuals.meshes(self.view.visuals, q[None], t)
+        return [
+            visuals.moved(mesh, carried, q[None], t)
+            for mesh, carried in zip(self._meshes, self.view.visuals, strict=True)
         ]
 
     def _moved(self, number: int, q: Array, t: Array) -> Tube:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import numpy as np
 from ..._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
 from ...analysis.advice import about_model
 from ...common import disk
+from ...model.visuals import Visual
 from ...results.runs import COUNTERS, Array, Made, Run
 from . import actuators, contacts, curves, loops, motion, page, peaks, text
 
@@ -28,7 +30,13 @@ def write(run: Run, path: Path) -> None:
     disk.write(path, page.render(build(run)))
 
 
-def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: str = "Motion") -> None:
+def write_result(
+    result: MotionResult,
+    path: str | os.PathLike[str],
+    *,
+    title: str = "Motion",
+    visuals: Sequence[Visual] = (),
+) -> None:
     """Write the report of the result of `simulate` for a model made in Python.
 
     The report is one HTML file that needs only a browser: the motion in space with everything that acts on
@@ -43,11 +51,13 @@ def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: s
         File to write; an existing file is replaced.
     title : str
         Heading of the page.
+    visuals : sequence of Visual
+        Meshes that stand for links.
 
     Raises
     ------
-    ValueError
-        If ``result`` has no model (because it comes from `newmark`) or no state.
+    ValueError, TypeError
+        If ``result`` has no model (because it comes from `newmark`) or no state, or a visual is invalid.
     OSError
         If the file cannot be written.
 
@@ -59,7 +69,7 @@ def write_result(result: MotionResult, path: str | os.PathLike[str], *, title: s
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     lissom.drawing.report.write_result(result, pathlib.Path(folder) / "finger.html", title="A finger")
     """
-    built = build_result(result, title)
+    built = build_result(result, title, visuals)
     disk.write(path, page.render(built))
 
 
@@ -113,13 +123,13 @@ def write_modes(
     disk.write(path, page.render(built))
 
 
-def build_result(result: MotionResult, title: str) -> page.Page:
+def build_result(result: MotionResult, title: str, visuals: Sequence[Visual] = ()) -> page.Page:
     """The report of a motion of a model made in Python."""
     if result.model is None:
         raise ValueError("result: its model is not known; it has to be one of `simulate`, not of `newmark`")
     if len(result.t) == 0:
         raise ValueError(f"result: it has no states to show; {result.message}")
-    made = Made(result, result.model)
+    made = Made(result, result.model, visuals)
     time = text.quantity(float(result.t[-1] - result.t[0]))
     counters = {name: getattr(result.stats, name) for name in COUNTERS}
     rows = [("message", result.message), ("run time", text.quantity(result.stats.wall_time, "s"))]

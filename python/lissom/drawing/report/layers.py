@@ -1,7 +1,7 @@
-"""Layers of a 3-D view: tubes, solids, strands, arrows, dots and lines.
+"""Layers of a 3-D view: tubes, solids, meshes, strands, arrows, dots and lines.
 
-Geometry for all displayed shapes as plain data. One function of ``player/tubes.js`` or ``player/marks.js``
-draws each kind.
+Geometry for all displayed shapes as plain data. One function of ``player/tubes.js``,
+``player/visuals.js`` or ``player/marks.js`` draws each kind.
 """
 
 from __future__ import annotations
@@ -153,6 +153,48 @@ class Solid:
 
 
 @dataclass(frozen=True)
+class Mesh:
+    """A rigid triangle mesh."""
+
+    name: str
+    layer: str
+    #: Corners (v, 3), metres, with unit normals (v, 3), and triangles (m, 3), in the axes of the mesh.
+    corners: Array
+    normals: Array
+    faces: NDArray[np.int64]
+    #: Places of the origin (shapes, 3), metres, and unit quaternions (shapes, 4).
+    centres: Array
+    turns: Array
+    #: A hexadecimal colour; that of the layer if None.
+    colour: str | None = None
+    opacity: float = 1.0
+    #: Whether its surface has an edge, and is seen from both sides.
+    is_open: bool = False
+    kind: Literal["mesh"] = "mesh"
+
+    @property
+    def points(self) -> Array:
+        """Points that the view must include: the corners of its box in its own axes."""
+        low, high = self.corners.min(axis=0), self.corners.max(axis=0)
+        box = np.array(np.meshgrid(*np.stack([low, high], axis=-1))).reshape(3, -1)
+        return np.asarray(np.swapaxes(rotations(self.turns) @ box, -1, -2) + self.centres[:, None])
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """The data of the player, apart from the name."""
+        return {
+            "corners": self.corners,
+            "normals": Numbers(self.normals, "u1"),
+            # Whole numbers: the player rounds.
+            "faces": Numbers(self.faces, "u2" if len(self.corners) < 1 << 15 else "u4"),
+            "centres": still(self.centres[:, None]),
+            "turns": still(self.turns[:, None]),
+            "opacity": self.opacity,
+            **({} if self.colour is None else {"colour": self.colour}),
+        }
+
+
+@dataclass(frozen=True)
 class Strand:
     """Round bars between points: tendons, springs, axes."""
 
@@ -256,7 +298,7 @@ class Line:
         return {"points": self.points, "dashed": self.dashed}
 
 
-Thing = Tube | Solid | Strand | Arrows | Dots | Line
+Thing = Tube | Solid | Mesh | Strand | Arrows | Dots | Line
 
 
 def still(values: Array, exact: bool = False) -> Array:

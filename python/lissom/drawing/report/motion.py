@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model.views import Sketch, View
-from . import contacts, layers, page, solids, symbols
+from . import contacts, layers, page, solids, symbols, visuals
 from .plots import MOTION
 from .scene import Scene
 
@@ -112,6 +112,7 @@ def _in_space(run: Animated) -> Scene:
     at = frames(run)
     q, v, t = run.q[at], run.v[at], run.clock[at]
     drawn: list[layers.Thing] = [*tubes(seen, q, v, t, run.u[at]), *bodies(seen, q, t)]
+    drawn += visuals.meshes(seen.visuals, q, t)
     drawn += _tips(run, at)
     low, high = layers.extent(drawn)
     # A body that travels far is small in its bounding box.
@@ -126,8 +127,20 @@ def _in_space(run: Animated) -> Scene:
     eye = eye_of(high - low)
     things += symbols.around(seen.glyphs, low, high, eye)
     ground = symbols.floor(seen.glyphs.gravity, low, high)
-    singular = {"rods": "rod", "bodies": "body", "tips": "tip", "paths": "path of the tip"}
-    numbers = {"rods": seen.links, "bodies": seen.solids, "tips": seen.frames, "paths": seen.frames}
+    singular = {
+        "rods": "rod",
+        "bodies": "body",
+        "visuals": "visual",
+        "tips": "tip",
+        "paths": "path of the tip",
+    }
+    numbers = {
+        "rods": seen.links,
+        "bodies": seen.solids,
+        "visuals": seen.visuals,
+        "tips": seen.frames,
+        "paths": seen.frames,
+    }
     names = {name: singular[name] for name, number in numbers.items() if len(number) == 1}
     if run.outline is not None:
         names["initial shape"] = run.outline[0]
@@ -137,7 +150,9 @@ def _in_space(run: Animated) -> Scene:
 def frames(run: Animated) -> NDArray[np.intp]:
     """Indices of the displayed shapes: fewer if each one has many values."""
     # Seven values for the pose of a section and three for its colours, in four bytes.
-    numbers = 9 * sum(len(link.stations) for link in run.view.links) + 7 * len(run.view.solids)
+    numbers = 9 * sum(len(link.stations) for link in run.view.links) + 7 * (
+        len(run.view.solids) + len(run.view.visuals)
+    )
     most = np.clip(MAX_NUMBERS // max(numbers, 1), MIN_FRAMES, MAX_FRAMES)
     return run.instants(int(min(most, max(FRAME_RATE * float(run.t[-1] - run.t[0]), MIN_FRAMES)) + 1))
 

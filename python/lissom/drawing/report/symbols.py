@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 LEGEND: dict[str, str] = {
     "rods": theme.ROD_SCALE[1][1],
     "bodies": theme.STEEL,
+    "visuals": theme.STEEL,
     **joints.LAYERS,
     **loops.LAYERS,
     **contacts.LAYERS,

@@ -56,6 +56,14 @@ fn tag_key(kinds: &[Kind]) -> Option<&'static str> {
     kinds.iter().filter_map(Kind::schema).find(|part| !part.tag.is_empty()).map(|part| part.tag_key)
 }
 
+/// The table to write where a text stands: that of the part whose tag it is, or is spelt alike.
+fn table_meant(value: &Value, kinds: &[Kind]) -> Option<String> {
+    let Value::Text(word) = value else { return None };
+    let tags = kinds.iter().filter_map(Kind::schema).map(|part| part.tag).filter(|tag| !tag.is_empty());
+    let (key, tag) = (tag_key(kinds)?, suggestion(word, tags)?);
+    Some(format!("a table, such as {{ {key} = \"{tag}\" }}"))
+}
+
 impl Reader {
     /// A reader that replaces fields it cannot read by their default or [stand-in](super::Limits::stand_in), so that others can be read.
     pub fn lenient() -> Self {
@@ -125,7 +133,14 @@ impl Reader {
 
     /// Reports a value of another type than its place requires.
     pub fn wrong_type<T>(&mut self, value: &Value, kind: &Kind) -> Option<T> {
-        self.refuse("", Fault::Type { found: value.to_string(), expected: kind.words() });
+        let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
+        self.wrong_type_of(value, kind, kinds)
+    }
+
+    /// The same for a value that may be one of several parts.
+    fn wrong_type_of<T>(&mut self, value: &Value, kind: &Kind, kinds: &[Kind]) -> Option<T> {
+        let expected = table_meant(value, kinds).unwrap_or_else(|| kind.words());
+        self.refuse("", Fault::Type { found: value.to_string(), expected });
         None
     }
 
@@ -243,7 +258,9 @@ impl Reader {
     /// The values of the fields in their order, with problems for unknown keys and missing ones.
     pub fn open(&mut self, schema: &'static Schema, value: &Value) -> Option<Vec<Option<Value>>> {
         let alternatives = std::mem::take(&mut self.alternatives);
-        let Value::Table(pairs) = value else { return self.wrong_type(value, &Kind::Part(schema)) };
+        let Value::Table(pairs) = value else {
+            return self.wrong_type_of(value, &Kind::Part(schema), alternatives);
+        };
         let is_given = |key: &str| pairs.iter().any(|(name, _)| name == key);
         let mut found = vec![None; schema.fields.len()];
         let mut meant = Vec::new();

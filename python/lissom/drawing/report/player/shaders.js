@@ -9,17 +9,18 @@ out vec3 normal;
 out vec4 colour;
 `;
 
-/** Skins: vertices with their normals and colours. */
+/** Skins: vertices with their normals and colours, in axes with a pose. */
 const SKIN = `${VERSION}${LIT_OUT}
 layout(location = 0) in vec3 point;
 layout(location = 1) in vec3 outward;
 layout(location = 2) in vec3 paint;
 uniform float opacity;
+uniform mat4 pose;
 void main() {
-  place = point;
-  normal = outward;
+  place = (pose * vec4(point, 1.0)).xyz;
+  normal = mat3(pose) * outward;
   colour = vec4(paint, opacity);
-  gl_Position = matrix * vec4(point, 1.0);
+  gl_Position = matrix * vec4(place, 1.0);
 }`;
 
 /** Frustums from a to b: shafts and heads of arrows. */

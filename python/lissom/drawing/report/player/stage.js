@@ -5,12 +5,15 @@ import { Marks } from "lissom/marks.js";
 import { Copies, square } from "lissom/meshes.js";
 import { program } from "lissom/shaders.js";
 import { Strand, Tube, between } from "lissom/tubes.js";
+import { Visual } from "lissom/visuals.js";
 import { add, cross, dot, looking, multiply, orthographic, scale, subtract, unit } from "lissom/vectors.js";
 
 /** Pixels of the shadow's picture. */
 const SHADOW = 512;
 /** The layer of what stands around the model. */
 const AROUND = "obstacles";
+/** The pose of skins whose vertices are given in the world. */
+const HERE = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 /** Cells of the grid across the box, about. */
 const CELLS = 8;
 
@@ -23,6 +26,7 @@ export class Stage {
     this.way = { name: "position along the rod" };
     this.tubes = scene.things.filter(({ kind }) => kind === "tube").map((thing) => new Tube(gl, thing));
     this.strands = scene.things.filter(({ kind }) => kind === "strand").map((thing) => new Strand(gl, thing));
+    this.visuals = scene.things.filter(({ kind }) => kind === "mesh").map((thing) => new Visual(gl, thing));
     this.marks = new Marks(gl, scene.things);
     this.programs = {};
     for (const name of ["skin", "frustum", "figure", "skinShadow", "frustumShadow", "figureShadow", "line", "ground"]) {
@@ -110,11 +114,13 @@ export class Stage {
     const colours = new Map(this.scene.layers.filter(({ layer }) => !this.hidden.has(layer))
       .map(({ layer, colour }) => [layer, parse(colour)]));
     const [tubes, strands] = [this.tubes.filter(isShown), this.strands.filter(isShown)];
+    const visuals = this.visuals.filter(isShown);
     for (const tube of tubes) tube.update(at, part, this.paintOf(tube, at, part));
     for (const strand of strands) strand.update(at, part, colours.get(strand.thing.layer));
+    for (const visual of visuals) visual.update(at, part, colours.get(visual.thing.layer));
     this.marks.update(at, part, colours);
     // What is seen through is drawn last: what stands around, then chambers, then what is around these.
-    const skins = [...strands, ...tubes];
+    const skins = [...strands, ...tubes, ...visuals];
     const solid = skins.filter(({ opacity }) => opacity >= 1);
     const clear = skins.filter(({ opacity, thing }) => opacity < 1 && thing.layer !== AROUND);
     const around = skins.filter(({ opacity, thing }) => opacity < 1 && thing.layer === AROUND);
@@ -144,9 +150,9 @@ export class Stage {
     const view = looking(ground.middle, ground.across, ground.along, cross(ground.across, ground.along));
     const matrix = multiply(orthographic(2 * ground.reach[0], 2 * ground.reach[1], -far, far), view);
     const uniforms = { matrix, up: ground.up, low: ground.low, tall: ground.tall };
-    for (const { skin, thing, opacity } of skins) {
+    for (const { skin, thing, opacity, pose = HERE } of skins) {
       // Rods around tendons keep their shadow.
-      programs.skinShadow({ ...uniforms, opacity: thing.layer === AROUND ? opacity : 1 });
+      programs.skinShadow({ ...uniforms, pose, opacity: thing.layer === AROUND ? opacity : 1 });
       skin.draw();
     }
     programs.frustumShadow(uniforms);
@@ -185,8 +191,8 @@ export class Stage {
   }
 
   drawSkins(skins, uniforms) {
-    for (const { skin, opacity } of skins) {
-      this.programs.skin({ ...uniforms, opacity });
+    for (const { skin, opacity, pose = HERE } of skins) {
+      this.programs.skin({ ...uniforms, opacity, pose });
       skin.draw();
     }
   }
