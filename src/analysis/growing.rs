@@ -1,0 +1,223 @@
+//! Motions about a state that grow, `x exp(s t)` with Re s > 0: of unstable equilibria, under loads that follow a rod, and of bodies that spin
+//! about their middle axes. Methods whose steps are long for s do not follow them, and those that damp what is fast even make them vanish.
+
+use nalgebra::DVector;
+
+use crate::analysis::at_rest::ROUNDING;
+use crate::analysis::natural::scaled;
+use crate::analysis::small_motions::{Modal, SmallMotions};
+use crate::model::Static;
+use crate::model::chart::rate_matrix;
+use crate::numerics::linalg::{Complex, Matrix};
+
+/// Motions that grow by less than this factor within the time that is looked at, by a bound, are not looked for.
+const LITTLE_GROWTH: f64 = 2.0;
+
+/// Displacements by which the motion of the tip is measured, relative to typical coordinates.
+const SMALL: f64 = 1e-4;
+
+/// Steps of finite differences of the map from angular velocities to rates of rotation vectors, in radians: errors of fourth order
+/// and rounding are equally large.
+const TURN: f64 = 1e-2;
+
+/// A motion about a state that grows.
+#[derive(Clone, Debug)]
+pub(crate) struct Growing {
+    /// Its complex rate s, and the real part and the absolute value of that, in 1/s.
+    pub(crate) value: Complex,
+    pub(crate) rate: f64,
+    pub(crate) speed: f64,
+    /// Displacement of the coordinates at its largest, for an amplitude of one.
+    pub(crate) shape: Vec<f64>,
+    /// Amplitude in the state, under constant loads.
+    pub(crate) size: f64,
+    /// How far the state departs from an equilibrium, or from a steady spin, in the time of a growth by e, relative to typical coordinates.
+    pub(crate) departure: f64,
+    /// Weights of forces at rest, and of displacements, whose sums have the absolute value of the amplitude that they excite.
+    pub(crate) of_forces: Vec<Complex>,
+    pub(crate) of_places: Vec<Complex>,
+}
+
+/// The amplitude that these forces or displacements excite.
+pub(crate) fn amplitude(weights: &[Complex], values: &[f64]) -> f64 {
+    weights.iter().zip(values).map(|(weight, value)| weight * value).sum::<Complex>().norm()
+}
+
+impl Growing {
+    /// How far an amplitude of one moves the tip, relative to the length, or coordinates, relative to their typical sizes, whichever is more.
+    pub(crate) fn reach<M: Static>(&self, model: &mut M, q: &[f64]) -> f64 {
+        let of_coordinates = self.largest(&model.facts().typical_coordinates);
+        let little = SMALL / of_coordinates;
+        let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * little).collect();
+        let of_tip = model.moved(q, &moved) / (little * model.facts().length);
+        of_coordinates.max(if of_tip.is_finite() { of_tip } else { 0.0 })
+    }
+
+    /// Elastic stiffness against the motion for masses that move with an amplitude of one, in 1/s^2.
+    pub(crate) fn elastic<M: Static>(&self, model: &mut M, q: &[f64]) -> f64 {
+        let n = q.len();
+        let [mut stiffness, mut mass] = [(); 2].map(|()| Matrix::zeros(n, n));
+        model.elastic_tangent(q, &mut stiffness);
+        model.mass_matrix(q, &mut mass);
+        let shape = DVector::from_column_slice(&self.shape);
+        shape.dot(&(stiffness * &shape)) / shape.dot(&(mass * &shape))
+    }
+
+    fn largest(&self, sizes: &[f64]) -> f64 {
+        self.shape.iter().zip(sizes).map(|(x, size)| (x / size).abs()).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// Those of small motions; `shapes` are those of the undamped motion in coordinates, as columns, and `momenta` their products with
+    /// the mass. The state has these velocities and accelerations.
+    pub(crate) fn of(
+        modal: &Modal,
+        [shapes, momenta]: [&Matrix; 2],
+        sizes: &[f64],
+        [v, a]: [&[f64]; 2],
+    ) -> Vec<Self> {
+        let along = |values: &[f64]| momenta.tr_mul(&DVector::from_column_slice(values));
+        let (v, a) = (along(v), along(a));
+        let Some(motions) = modal.motions() else { return Vec::new() };
+        let largest = |of_modes: &DVector<f64>| {
+            let changes = shapes * of_modes;
+            changes.iter().zip(sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max)
+        };
+        let [departs, of_jerk] = [largest(&a), largest(&modal.change_of_accelerations([&v, &a]))];
+        let growing = motions.into_iter().filter(|motion| motion.is_growing() && motion.rate.im >= 0.0);
+        let found = growing.map(|motion| {
+            let [of_v, of_a] = &motion.excitation;
+            let sum = |weights: &[Complex], values: &DVector<f64>| -> Complex {
+                weights.iter().zip(values.iter()).map(|(weight, value)| weight * value).sum()
+            };
+            // Conjugate motions together are twice the real part of one.
+            let both = if motion.rate.im > 0.0 { 2.0 } else { 1.0 };
+            let amplitude = both * (sum(of_v, &v) + sum(of_a, &a)) / motion.rate;
+            let displacement: Vec<Complex> = (0..shapes.nrows())
+                .map(|i| motion.shape.iter().enumerate().map(|(k, x)| x * shapes[(i, k)]).sum())
+                .collect();
+            let part = |i: &usize| displacement[*i].norm() / sizes[*i];
+            let largest = (0..sizes.len()).max_by(|i, j| part(i).total_cmp(&part(j))).unwrap_or(0);
+            let turned = displacement[largest].conj() / displacement[largest].norm();
+            let weights = |of_modes: &[Complex], all: &Matrix, factor: Complex| -> Vec<Complex> {
+                let weight =
+                    |i| of_modes.iter().enumerate().map(|(k, w)| w * all[(i, k)]).sum::<Complex>() * factor;
+                (0..all.nrows()).map(weight).collect()
+            };
+            Self {
+                value: motion.rate,
+                rate: motion.rate.re,
+                speed: motion.rate.norm(),
+                shape: displacement.iter().map(|x| (x * turned).re).collect(),
+                size: amplitude.norm(),
+                departure: (departs + of_jerk / motion.rate.norm()) / motion.rate.norm_sqr(),
+                of_forces: weights(of_a, shapes, both / motion.rate),
+                of_places: weights(of_v, momenta, both.into()),
+            }
+        });
+        found.collect()
+    }
+
+    /// Those about a state (q, v, a) of a motion of a model without constraints, within this time. Places of rotation vectors are
+    /// those of the body, in whose axes a steady spin is one. Two tangents and some products of matrices where nothing grows.
+    pub(crate) fn about<M: Static>(model: &mut M, state: [&[f64]; 3], time: f64) -> Vec<Self> {
+        Self::find(model, state, time).unwrap_or_default()
+    }
+
+    fn find<M: Static>(model: &mut M, [q, v, a]: [&[f64]; 3], time: f64) -> Option<Vec<Self>> {
+        let n = q.len();
+        let sizes = model.facts().typical_coordinates.clone();
+        let [mut mass, mut damping, mut stiffness] = [(); 3].map(|()| Matrix::zeros(n, n));
+        model.mass_matrix(q, &mut mass);
+        model.weighted_tangent(q, v, a, [0.0, 1.0, 0.0], &mut damping);
+        model.weighted_tangent(q, v, a, [1.0, 0.0, 0.0], &mut stiffness);
+        let mut velocities = v.to_vec();
+        let turned = in_axes_of_bodies(&model.facts().rotation_vectors, [q, v, a], &mut velocities);
+        if let Some([turn, first, second]) = &turned {
+            stiffness = turn.tr_mul(&(&stiffness * turn + &damping * first + &mass * second));
+            damping = turn.tr_mul(&(&damping * turn + &mass * first * 2.0));
+            mass = turn.tr_mul(&(&mass * turn));
+        }
+        let [mass, damping, stiffness] = [mass, damping, stiffness].map(|m| scaled(m, &sizes));
+        if grow_little([&mass, &damping, &stiffness], time)? {
+            return Some(Vec::new());
+        }
+        let scales: Vec<f64> =
+            (0..n).map(|i| stiffness.row(i).amax().max(stiffness.column(i).amax())).collect();
+        let rounding = ROUNDING * n as f64 * f64::EPSILON;
+        let error = Matrix::from_fn(n, n, |i, j| rounding * (scales[i] * scales[j]).sqrt());
+        let (change, basis) = (Matrix::zeros(n, n), Matrix::identity(n, n));
+        let unscaled =
+            |a: &Matrix, power: i32| Matrix::from_fn(n, a.ncols(), |i, k| a[(i, k)] * sizes[i].powi(power));
+        let motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.clone() };
+        let modal = motions.modal()?;
+        let momenta = unscaled(&(&motions.mass * &modal.shapes), -1);
+        let shapes = unscaled(&modal.shapes, 1);
+        let a = accelerations(turned.as_ref(), &velocities, a);
+        Some(Self::of(&modal, [&shapes, &momenta], &sizes, [&velocities, &a]))
+    }
+}
+
+/// Accelerations of the places whose map to coordinates has these derivatives.
+fn accelerations(turned: Option<&[Matrix; 3]>, velocities: &[f64], a: &[f64]) -> Vec<f64> {
+    let Some([turn, first, _]) = turned else { return a.to_vec() };
+    let rest = DVector::from_column_slice(a) - first * DVector::from_column_slice(velocities);
+    turn.clone().lu().solve(&rest).map_or_else(|| a.to_vec(), |a| a.iter().copied().collect())
+}
+
+/// Whether all motions grow by less than a factor within this time, by a bound. With the energy of the symmetric part of the stiffness, and
+/// masses of one, its derivative is that of what the symmetric part of the damping, and the rest of the stiffness, supply. `None` if the
+/// mass is not positive definite or a number is not finite.
+fn grow_little([mass, damping, stiffness]: [&Matrix; 3], time: f64) -> Option<bool> {
+    let n = mass.nrows();
+    let is_finite = |a: &&Matrix| a.iter().all(|x| x.is_finite());
+    if ![mass, damping, stiffness].iter().all(is_finite) {
+        return None;
+    }
+    let factor = mass.clone().cholesky()?.l();
+    let within = |a: &Matrix| {
+        let half = factor.solve_lower_triangular(a)?;
+        factor.solve_lower_triangular(&half.transpose()).map(|a| a.transpose())
+    };
+    let (k, d) = (within(stiffness)?, within(damping)?);
+    let allowed = 0.5 * LITTLE_GROWTH.ln() / time;
+    let supplied = ((&k - k.transpose()) * 0.5).norm();
+    // Each part of the growth: supplied / (2 sqrt(least)), and the negative of the least damping.
+    let least = (0.5 * supplied / allowed).powi(2);
+    let rounding = |a: &Matrix| ROUNDING * n as f64 * f64::EPSILON * a.norm();
+    let exceeds = |a: &Matrix, least: f64| {
+        let shifted = (a + a.transpose()) * 0.5 - Matrix::identity(n, n) * least;
+        shifted.cholesky().is_some()
+    };
+    Some(exceeds(&k, least) && exceeds(&d, -allowed - rounding(&d)))
+}
+
+/// The map from turns in the axes of bodies to changes of rotation vectors, and its first two derivatives with respect to time, as matrices for
+/// all coordinates, others being what they are; replaces `velocities` by those of such turns. `None` where there are none that turn.
+fn in_axes_of_bodies(first: &[usize], [q, v, a]: [&[f64]; 3], velocities: &mut [f64]) -> Option<[Matrix; 3]> {
+    let n = q.len();
+    let moves = |&i: &usize| v[i..i + 3].iter().chain(&a[i..i + 3]).any(|x| *x != 0.0);
+    if !first.iter().any(moves) {
+        return None;
+    }
+    let (mut turn, mut rate, mut second) = (Matrix::identity(n, n), Matrix::zeros(n, n), Matrix::zeros(n, n));
+    for &i in first {
+        let [phi, v, a]: [[f64; 3]; 3] = [q, v, a].map(|values| std::array::from_fn(|k| values[i + k]));
+        let size = |vector: [f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let speed = size(v).max(size(a).sqrt());
+        let step = if speed > 0.0 { TURN / speed } else { 1.0 };
+        let at = |steps: f64| {
+            let t = steps * step;
+            let rows = rate_matrix(std::array::from_fn(|k| phi[k] + t * (v[k] + 0.5 * t * a[k])));
+            Matrix::from_fn(3, 3, |row, column| rows[row][column])
+        };
+        let [b, c, d, e, f] = [-2.0, -1.0, 0.0, 1.0, 2.0].map(at);
+        let by_first = ((&e - &c) * 8.0 - (&f - &b)) / (12.0 * step);
+        let by_second = ((&e + &c) * 16.0 - (&f + &b) - &d * 30.0) / (12.0 * step * step);
+        let spin = d.clone().lu().solve(&DVector::from_column_slice(&v))?;
+        velocities[i..i + 3].copy_from_slice(spin.as_slice());
+        for (all, own) in [(&mut turn, d), (&mut rate, by_first), (&mut second, by_second)] {
+            all.view_mut((i, i), (3, 3)).copy_from(&own);
+        }
+    }
+    Some([turn, rate, second])
+}
