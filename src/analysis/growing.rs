@@ -16,8 +16,8 @@ const LITTLE_GROWTH: f64 = 2.0;
 /// Displacements by which the motion of the tip is measured, relative to typical coordinates.
 const SMALL: f64 = 1e-4;
 
-/// Steps of finite differences of the map from angular velocities to rates of rotation vectors, in radians: errors of fourth order
-/// and rounding are equally large.
+/// Steps of finite differences of fourth order, in radians, of the map from angular velocities to rates of rotation vectors: their errors and
+/// rounding are about 1e-10.
 const TURN: f64 = 1e-2;
 
 /// A motion about a state that grows.
@@ -128,16 +128,19 @@ impl Growing {
         let sizes = model.facts().typical_coordinates.clone();
         let [mut mass, mut damping, mut stiffness] = [(); 3].map(|()| Matrix::zeros(n, n));
         model.mass_matrix(q, &mut mass);
-        model.weighted_tangent(q, v, a, [0.0, 1.0, 0.0], &mut damping);
-        model.weighted_tangent(q, v, a, [1.0, 0.0, 0.0], &mut stiffness);
-        let mut velocities = v.to_vec();
-        let turned = in_axes_of_bodies(&model.facts().rotation_vectors, [q, v, a], &mut velocities);
-        if let Some([turn, first, second]) = &turned {
-            stiffness = turn.tr_mul(&(&stiffness * turn + &damping * first + &mass * second));
-            damping = turn.tr_mul(&(&damping * turn + &mass * first * 2.0));
-            mass = turn.tr_mul(&(&mass * turn));
+        let turned = InAxesOfBodies::new(&model.facts().rotation_vectors, q, v);
+        // Of the equilibrium or the spin nearby, which accelerations leave.
+        let steady = turned.as_ref().map_or_else(|| vec![0.0; n], |turned| turned.steady.clone());
+        model.weighted_tangent(q, v, &steady, [0.0, 1.0, 0.0], &mut damping);
+        model.weighted_tangent(q, v, &steady, [1.0, 0.0, 0.0], &mut stiffness);
+        let mut matrices = [mass, damping, stiffness];
+        let (mut v, mut a) = (v.to_vec(), a.to_vec());
+        if let Some(turned) = &turned {
+            matrices = InAxesOfBodies::of(&turned.maps, matrices);
+            a = turned.accelerations(&a)?;
+            v.clone_from(&turned.velocities);
         }
-        let [mass, damping, stiffness] = [mass, damping, stiffness].map(|m| scaled(m, &sizes));
+        let [mass, damping, stiffness] = matrices.map(|m| scaled(m, &sizes));
         if grow_little([&mass, &damping, &stiffness], time)? {
             return Some(Vec::new());
         }
@@ -151,17 +154,12 @@ impl Growing {
         let motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.clone() };
         let modal = motions.modal()?;
         let momenta = unscaled(&(&motions.mass * &modal.shapes), -1);
-        let shapes = unscaled(&modal.shapes, 1);
-        let a = accelerations(turned.as_ref(), &velocities, a);
-        Some(Self::of(&modal, [&shapes, &momenta], &sizes, [&velocities, &a]))
+        let mut shapes = unscaled(&modal.shapes, 1);
+        if let Some(turned) = &turned {
+            shapes = &turned.maps[0] * shapes;
+        }
+        Some(Self::of(&modal, [&shapes, &momenta], &sizes, [&v, &a]))
     }
-}
-
-/// Accelerations of the places whose map to coordinates has these derivatives.
-fn accelerations(turned: Option<&[Matrix; 3]>, velocities: &[f64], a: &[f64]) -> Vec<f64> {
-    let Some([turn, first, _]) = turned else { return a.to_vec() };
-    let rest = DVector::from_column_slice(a) - first * DVector::from_column_slice(velocities);
-    turn.clone().lu().solve(&rest).map_or_else(|| a.to_vec(), |a| a.iter().copied().collect())
 }
 
 /// Whether all motions grow by less than a factor within this time, by a bound. With the energy of the symmetric part of the stiffness, and
@@ -191,33 +189,70 @@ fn grow_little([mass, damping, stiffness]: [&Matrix; 3], time: f64) -> Option<bo
     Some(exceeds(&k, least) && exceeds(&d, -allowed - rounding(&d)))
 }
 
-/// The map from turns in the axes of bodies to changes of rotation vectors, and its first two derivatives with respect to time, as matrices for
-/// all coordinates, others being what they are; replaces `velocities` by those of such turns. `None` where there are none that turn.
-fn in_axes_of_bodies(first: &[usize], [q, v, a]: [&[f64]; 3], velocities: &mut [f64]) -> Option<[Matrix; 3]> {
-    let n = q.len();
-    let moves = |&i: &usize| v[i..i + 3].iter().chain(&a[i..i + 3]).any(|x| *x != 0.0);
-    if !first.iter().any(moves) {
-        return None;
-    }
-    let (mut turn, mut rate, mut second) = (Matrix::identity(n, n), Matrix::zeros(n, n), Matrix::zeros(n, n));
-    for &i in first {
-        let [phi, v, a]: [[f64; 3]; 3] = [q, v, a].map(|values| std::array::from_fn(|k| values[i + k]));
-        let size = |vector: [f64; 3]| vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let speed = size(v).max(size(a).sqrt());
-        let step = if speed > 0.0 { TURN / speed } else { 1.0 };
-        let at = |steps: f64| {
-            let t = steps * step;
-            let rows = rate_matrix(std::array::from_fn(|k| phi[k] + t * (v[k] + 0.5 * t * a[k])));
-            Matrix::from_fn(3, 3, |row, column| rows[row][column])
-        };
-        let [b, c, d, e, f] = [-2.0, -1.0, 0.0, 1.0, 2.0].map(at);
-        let by_first = ((&e - &c) * 8.0 - (&f - &b)) / (12.0 * step);
-        let by_second = ((&e + &c) * 16.0 - (&f + &b) - &d * 30.0) / (12.0 * step * step);
-        let spin = d.clone().lu().solve(&DVector::from_column_slice(&v))?;
-        velocities[i..i + 3].copy_from_slice(spin.as_slice());
-        for (all, own) in [(&mut turn, d), (&mut rate, by_first), (&mut second, by_second)] {
-            all.view_mut((i, i), (3, 3)).copy_from(&own);
+/// Coordinates whose rotation vectors are replaced by turns in the axes of their bodies, in which a steady spin is one.
+struct InAxesOfBodies {
+    /// Rates of the coordinates for unit velocities, and the first two derivatives of that map with respect to time, in a steady spin.
+    maps: [Matrix; 3],
+    /// Velocities, and accelerations of the coordinates in a steady spin.
+    velocities: Vec<f64>,
+    steady: Vec<f64>,
+}
+
+impl InAxesOfBodies {
+    /// Of rotation vectors whose first components have these indices. `None` where none turns.
+    fn new(first: &[usize], q: &[f64], v: &[f64]) -> Option<Self> {
+        let n = q.len();
+        if !first.iter().any(|&i| v[i..i + 3].iter().any(|x| *x != 0.0)) {
+            return None;
         }
+        let mut maps = [Matrix::identity(n, n), Matrix::zeros(n, n), Matrix::zeros(n, n)];
+        let (mut velocities, mut steady) = (v.to_vec(), vec![0.0; n]);
+        for &i in first {
+            let vector = |values: &[f64]| -> [f64; 3] { std::array::from_fn(|k| values[i + k]) };
+            let (phi, rate) = (vector(q), vector(v));
+            let speed = rate.iter().map(|x| x * x).sum::<f64>().sqrt();
+            let step = if speed > 0.0 { TURN / speed } else { 1.0 };
+            let map = |steps: f64, second: [f64; 3]| {
+                let t = steps * step;
+                let rows = rate_matrix(std::array::from_fn(|k| phi[k] + t * (rate[k] + 0.5 * t * second[k])));
+                Matrix::from_fn(3, 3, |row, column| rows[row][column])
+            };
+            let here = map(0.0, [0.0; 3]);
+            let of_first = |second| {
+                (map(1.0, second) - map(-1.0, second)) * (8.0 / 12.0)
+                    - (map(2.0, second) - map(-2.0, second)) / 12.0
+            };
+            let changes = of_first([0.0; 3]) / step;
+            let spin = here.clone().lu().solve(&DVector::from_column_slice(&rate))?;
+            let second = vector_of(&changes * &spin);
+            let sums = [1.0, 2.0].map(|steps| map(steps, second) + map(-steps, second));
+            let curves = (&sums[0] * 16.0 - &sums[1] - &here * 30.0) / (12.0 * step * step);
+            velocities[i..i + 3].copy_from_slice(spin.as_slice());
+            steady[i..i + 3].copy_from_slice(&second);
+            for (all, own) in maps.iter_mut().zip([here, changes, curves]) {
+                all.view_mut((i, i), (3, 3)).copy_from(&own);
+            }
+        }
+        Some(Self { maps, velocities, steady })
     }
-    Some([turn, rate, second])
+
+    /// Mass, damping and stiffness of these motions from those of the coordinates.
+    fn of([turn, first, second]: &[Matrix; 3], [mass, damping, stiffness]: [Matrix; 3]) -> [Matrix; 3] {
+        [
+            turn.tr_mul(&(&mass * turn)),
+            turn.tr_mul(&(&damping * turn + &mass * first * 2.0)),
+            turn.tr_mul(&(&stiffness * turn + &damping * first + &mass * second)),
+        ]
+    }
+
+    /// Their accelerations where those of the coordinates are `a`.
+    fn accelerations(&self, a: &[f64]) -> Option<Vec<f64>> {
+        let [turn, first, _] = &self.maps;
+        let rest = DVector::from_column_slice(a) - first * DVector::from_column_slice(&self.velocities);
+        turn.clone().lu().solve(&rest).map(|a| a.as_slice().to_vec())
+    }
+}
+
+fn vector_of(values: DVector<f64>) -> [f64; 3] {
+    std::array::from_fn(|k| values[k])
 }

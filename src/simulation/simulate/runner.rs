@@ -153,7 +153,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 let Self { run, meter, watch, outgrown, stop, .. } = self;
                 run.observe(|model, state| {
                     if let Some(outgrown) = outgrown {
-                        outgrown.step(state.t);
+                        outgrown.step(model, state);
                     }
                     if let Some(meter) = meter {
                         meter.step(model, state)?;
