@@ -158,7 +158,9 @@ impl Growing {
         if let Some(turned) = &turned {
             shapes = &turned.maps[0] * shapes;
         }
-        Some(Self::of(&modal, [&shapes, &momenta], &sizes, [&v, &a]))
+        let mut found = Self::of(&modal, [&shapes, &momenta], &sizes, [&v, &a]);
+        found.retain(|growing| growing.rate * time > LITTLE_GROWTH.ln());
+        Some(found)
     }
 }
 
@@ -255,4 +257,73 @@ impl InAxesOfBodies {
 
 fn vector_of(values: DVector<f64>) -> [f64; 3] {
     std::array::from_fn(|k| values[k])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    use super::*;
+    use crate::description::body::Body;
+    use crate::description::joint::Joint;
+    use crate::description::rod::diagonal;
+    use crate::model::Dynamics as _;
+    use crate::model::pendulum::SpringPendulum;
+    use crate::robot::{Link, Robot, RobotModel};
+
+    const TIME: f64 = 1.0;
+
+    #[test]
+    fn a_pendulum_falls_from_its_upper_position() {
+        let (length, mass, stiffness, gravity) = (1.0, 1.0, 100.0, 9.81);
+        let mut model = SpringPendulum::new(length, mass, stiffness, gravity).unwrap();
+        let short = length - mass * gravity / stiffness;
+        let (size, rate) = (1e-5, (gravity / short).sqrt());
+        let q = [FRAC_PI_2 + size, short - length];
+        let a = [rate * rate * size, 0.0];
+        let found = Growing::about(&mut model, [&q, &[0.0; 2], &a], TIME);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].rate / rate - 1.0).abs() < 1e-6, "{}", found[0].rate);
+        // Half of it grows, and half decays.
+        let moved = found[0].size * found[0].shape[0].abs();
+        assert!((moved / (0.5 * size) - 1.0).abs() < 1e-6, "{moved}");
+        assert!(found[0].departure < 3.0 * size);
+        let hangs = [-FRAC_PI_2, mass * gravity / stiffness];
+        assert!(Growing::about(&mut model, [&hangs, &[0.0; 2], &[0.0; 2]], TIME).is_empty());
+    }
+
+    /// A body on a ball joint, which spins.
+    fn spinning(phi: [f64; 3], spin: [f64; 3]) -> Vec<Growing> {
+        let inertia = diagonal([1.0, 2.0, 3.0]);
+        let body = Body { inertia, ..Body::point(1.0) };
+        let link = Link { body: Some(body), joint: Joint::Spherical, ..Link::new("body") };
+        let mut model = RobotModel::new(&Robot { gravity: [0.0; 3], ..Robot::new(vec![link]) }).unwrap();
+        let v: Vec<f64> =
+            rate_matrix(phi).iter().map(|row| row.iter().zip(spin).map(|(x, w)| x * w).sum()).collect();
+        let mut a = [0.0; 3];
+        let mut scratch = crate::model::ForwardScratch::new(3);
+        model.forward_dynamics(&phi, &v, &mut a, &mut scratch).unwrap();
+        Growing::about(&mut model, [&phi, &v, &a], TIME)
+    }
+
+    #[test]
+    fn a_spin_about_the_middle_axis_grows_in_all_attitudes() {
+        let rate = 50.0 / 3.0_f64.sqrt();
+        let shapes =
+            [[0.0; 3], [0.5, -0.3, 0.8], [1.5, 1.0, -2.0], [0.6 * PI, 0.0, 0.8 * PI], [3.0, 1e-4, -0.9]];
+        for phi in shapes {
+            for deviation in [0.0, 1e-6, 1e-2] {
+                let found = spinning(phi, [deviation, -50.0, 0.0]);
+                assert_eq!(found.len(), 1, "{phi:?} {deviation} {found:?}");
+                assert!((found[0].rate / rate - 1.0).abs() < 1e-3, "{phi:?} {deviation}: {}", found[0].rate);
+                assert!(found[0].departure < 3.0 * deviation + 1e-6, "{phi:?} {deviation}: {found:?}");
+                let moved = found[0].size / deviation.max(1e-9);
+                assert!(moved < 1.0 && (deviation == 0.0 || moved > 1e-3), "{phi:?} {deviation}: {moved}");
+            }
+            for axis in [0, 2] {
+                let spin = std::array::from_fn(|k| if k == axis { 50.0 } else { 1e-3 });
+                assert!(spinning(phi, spin).is_empty(), "{phi:?} {axis}: {:?}", spinning(phi, spin));
+            }
+        }
+    }
 }

@@ -107,12 +107,11 @@ impl Outgrown {
         let is_visible = |growth: &Growth| growth.ends(t_span.0) > WORTH_A_WARNING;
         let growths: Vec<Growth> = growths.filter(is_visible).collect();
         let known = (0.0, vec![0.0; growths.len()]);
-        let fastest = growths.iter().map(|growth| growth.rate.re).fold(0.0, f64::max);
-        let next = growths.iter().map(|growth| growth.until).fold(t_span.0, f64::max);
-        let between = ((t_span.1 - next) / LOOKS).max(1.0 / fastest);
+        let fastest = growths.iter().max_by(|a, b| a.rate.re.total_cmp(&b.rate.re))?;
+        let next = fastest.until;
+        let between = ((t_span.1 - next) / LOOKS).max(1.0 / fastest.rate.re);
         let (last, longest, passed) = (t_span.0, 0.0, None);
-        let found = Self { steps, t_span, last, longest, known, growths, passed, next, between };
-        (!found.growths.is_empty()).then_some(found)
+        Some(Self { steps, t_span, last, longest, known, growths, passed, next, between })
     }
 
     /// Takes note of a step to this state.
