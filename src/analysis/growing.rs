@@ -129,8 +129,13 @@ impl Growing {
         let [mut mass, mut damping, mut stiffness] = [(); 3].map(|()| Matrix::zeros(n, n));
         model.mass_matrix(q, &mut mass);
         let turned = InAxesOfBodies::new(&model.facts().rotation_vectors, q, v);
-        // Of the equilibrium or the spin nearby, which accelerations leave.
-        let steady = turned.as_ref().map_or_else(|| vec![0.0; n], |turned| turned.steady.clone());
+        // What falls freely has no weight. Turns are those of the steady spin nearby, whose axes do not accelerate.
+        let mut steady = a.to_vec();
+        for &i in &model.facts().rotation_vectors {
+            let spin =
+                turned.as_ref().map_or([0.0; 3], |turned| std::array::from_fn(|k| turned.steady[i + k]));
+            steady[i..i + 3].copy_from_slice(&spin);
+        }
         model.weighted_tangent(q, v, &steady, [0.0, 1.0, 0.0], &mut damping);
         model.weighted_tangent(q, v, &steady, [1.0, 0.0, 0.0], &mut stiffness);
         let mut matrices = [mass, damping, stiffness];

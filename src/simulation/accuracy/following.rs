@@ -104,15 +104,14 @@ impl Following {
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         let mut ends = Vec::new();
         let duration = t_span.1 - t_span.0;
-        let moving = moving(model, t_span.0, [q0, v0], duration);
-        let growing = moving.as_ref().unwrap_or(&spectrum.growing);
+        let growing = growing(model, t_span.0, [q0, v0], duration, &spectrum.growing);
         let mut seeds: Vec<f64> = growing.iter().map(|growing| growing.size).collect();
         if model.facts().varies_in_time {
             if let Some(known) = known {
                 model.end_steps_at(&known.ends);
             }
             let visible = (VISIBLE * wanted, known.is_none());
-            let drive = Drive::new(model, t_span, q0, (spectrum, growing), visible, monitor)?;
+            let drive = Drive::new(model, t_span, q0, (spectrum, &growing), visible, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
@@ -152,7 +151,11 @@ impl Following {
         if !is_near || time == 0.0 {
             return;
         }
-        let growths = spectrum.growing.iter().map(|growing| {
+        let growing = match spectrum.growing.is_empty() {
+            true => Vec::new(),
+            false => growing(model, t, [q, v], time, &spectrum.growing),
+        };
+        let growths = growing.iter().map(|growing| {
             // What the start excites, and steps may have lost since.
             let parts =
                 self.excited.iter().map(|(shape, speed)| (amplitude(&growing.of_places, shape), *speed));
@@ -279,14 +282,25 @@ fn scaled(shape: &[f64], size: f64, speed: f64) -> (Vec<f64>, f64) {
     (shape.iter().map(|x| x * size).collect(), speed)
 }
 
-/// What grows about a start that moves, where velocities matter. `None` where the start does not move, or is constrained.
-fn moving<M: Model>(model: &mut M, t: f64, [q, v]: [&[f64]; 2], duration: f64) -> Option<Vec<Growing>> {
-    if model.facts().constraints() > 0 || v.iter().all(|v| *v == 0.0) || model.set_time(t).is_err() {
-        return None;
+/// What grows from a state within this time: `at_rest` where it does not move, unless its accelerations prevent it, as those of free fall do.
+fn growing<M: Model>(
+    model: &mut M,
+    t: f64,
+    [q, v]: [&[f64]; 2],
+    time: f64,
+    at_rest: &[Growing],
+) -> Vec<Growing> {
+    let moves = v.iter().any(|v| *v != 0.0);
+    let is_known = model.facts().constraints() > 0 || !moves && at_rest.is_empty();
+    if is_known || model.set_time(t).is_err() {
+        return at_rest.to_vec();
     }
     let mut a = vec![0.0; q.len()];
-    model.forward_dynamics(q, v, &mut a, &mut ForwardScratch::new(q.len())).ok()?;
-    Some(Growing::about(model, [q, v, &a], duration))
+    if model.forward_dynamics(q, v, &mut a, &mut ForwardScratch::new(q.len())).is_err() {
+        return at_rest.to_vec();
+    }
+    let found = Growing::about(model, [q, v, &a], time);
+    if moves || found.is_empty() { found } else { at_rest.to_vec() }
 }
 
 #[cfg(test)]

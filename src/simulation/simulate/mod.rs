@@ -384,8 +384,10 @@ impl Simulation {
         let doubt = if is_success {
             // Either may be the harmless one.
             let of_vibrations = run.observe(|model, _| watch.doubt(model, q0));
-            let of_growth = outgrown.and_then(|outgrown| outgrown.doubt());
-            let doubts: Vec<_> = run.doubt().into_iter().chain(of_vibrations).chain(of_growth).collect();
+            let of_steps = run.doubt();
+            // Of what is doubted already nothing more is known from the start.
+            let of_growth = outgrown.filter(|_| of_steps.is_none()).and_then(|outgrown| outgrown.doubt());
+            let doubts: Vec<_> = of_steps.into_iter().chain(of_vibrations).chain(of_growth).collect();
             (!doubts.is_empty()).then(|| doubts.join(" "))
         } else {
             None
