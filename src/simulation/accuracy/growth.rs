@@ -109,3 +109,33 @@ impl Growth {
         (grown >= wanted).then(|| unstable_equilibrium(fastest.rate, exponent))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::integrator::{DOP853, RADAU};
+    use super::*;
+
+    fn growth(reach: f64) -> Growth {
+        Growth { rate: 4.0, speed: 5.0, exponent: 12.0, reach, radians: 15.0, held: 2.0 }
+    }
+
+    #[test]
+    fn steps_of_a_growth_have_the_error_that_the_first_run_may_have() {
+        let wanted = 1e-4;
+        for integrator in [&RADAU, &DOP853] {
+            let step = growth(1.0).longest_step(integrator, wanted, 1.0);
+            assert!(step * 5.0 <= LONGEST);
+            assert!(growth(1.0).lost(integrator, step) <= SHARE * wanted * (1.0 + 1e-9));
+            assert!(growth(1.0).longest_step(integrator, wanted, 0.2) < 0.9 * step);
+        }
+        assert_eq!(growth(0.2 * wanted).longest_step(&RADAU, wanted, 1.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn only_what_rounding_grows_to_is_doubted() {
+        let of = |exponent: f64| Growth::doubt(&[Growth { exponent, ..growth(0.0) }], 1e-3);
+        assert!(of(20.0).is_none());
+        assert!(of(30.0).unwrap().contains("(4.000 per second)"));
+        assert!(Growth::doubt(&[], 1e-3).is_none());
+    }
+}

@@ -243,3 +243,41 @@ fn explicit(Tableau { a, b, .. }: &Tableau, z: Complex) -> Complex {
     }
     Complex::from(1.0) + sum(b, &stages)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrators::ode::Method as Pair;
+
+    fn error(steps: &Steps, z: f64) -> f64 {
+        steps.error(Complex::from(z))
+    }
+
+    #[test]
+    fn errors_of_a_growth_have_the_order_of_the_method() {
+        let average = Steps::Newmark(Scheme::AVERAGE_ACCELERATION);
+        for (steps, order) in [
+            (average, 2),
+            (Steps::Newmark(Scheme::generalised_alpha(0.8).unwrap()), 2),
+            (Steps::Radau, 5),
+            (Steps::Explicit(tableau(Pair::Rk45).unwrap()), 5),
+            (Steps::Explicit(tableau(Pair::Dop853).unwrap()), 8),
+        ] {
+            let ratio = error(&steps, 0.4) / error(&steps, 0.2);
+            let expected = f64::from(2_i32.pow(order + 1));
+            assert!((0.6..1.7).contains(&(ratio / expected)), "{order}: {ratio}");
+            // Also where it turns.
+            assert!(steps.error(Complex::new(0.1, 0.1)) < 2.0 * error(&steps, 0.2));
+        }
+        let average = Steps::Newmark(Scheme::AVERAGE_ACCELERATION);
+        let exact = (1.25_f64 / 0.75).ln() - 0.5;
+        assert!((error(&average, 0.5) / exact - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_long_steps_damp_is_lost() {
+        assert!(error(&Steps::Radau, 30.0) > 25.0);
+        assert!(error(&Steps::Newmark(Scheme::AVERAGE_ACCELERATION), 30.0) > 25.0);
+        assert!(error(&Steps::Radau, 1.0) < 1e-3);
+    }
+}

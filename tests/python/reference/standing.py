@@ -1,7 +1,8 @@
-"""Chains of rigid links that stand on their base: equations of motion in absolute angles, with SciPy's DOP853.
+"""Chains of rigid links that stand on their base: equations in absolute angles, with SciPy's DOP853.
 
-Links of length l and mass m are uniform and point upwards (along x) where all angles vanish; joints have springs and dampers, the weight
-acts downwards, and a force follows the last link, towards its base. Angles turn about y.
+Links of length l and mass m are uniform and point upwards (along x) where all angles vanish; joints have
+springs and dampers, the weight acts downwards, and a force follows the last link, towards its base. Angles
+turn about y.
 """
 
 import numpy as np

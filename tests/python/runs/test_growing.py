@@ -4,11 +4,11 @@ import warnings
 
 import numpy as np
 import pytest
-from reference.standing import Chain
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import lissom
+from reference.standing import Chain
 
 TIMES = 101
 # The start of a chain in an arbitrary direction in space.
