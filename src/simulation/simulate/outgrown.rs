@@ -30,6 +30,9 @@ const ROUNDING: f64 = 2e-15;
 /// time of a growth by e.
 const NEAR: f64 = 0.1;
 
+/// The same of states that are passed later: what departs farther from the state excites its growth, too, and is found large already.
+const PASSES_NEAR: f64 = 0.5;
+
 /// Number of times, after what grows from the start has become large, at which the motion may be near such a state again.
 const LOOKS: f64 = 16.0;
 
@@ -144,7 +147,9 @@ impl Outgrown {
         if before == 0.0 || model.set_time(t).is_err() {
             return;
         }
-        for growing in Growing::about(model, [q, v, a], left).into_iter().filter(|one| one.departure < NEAR) {
+        for growing in
+            Growing::about(model, [q, v, a], left).into_iter().filter(|one| one.departure < PASSES_NEAR)
+        {
             let begins = (growing.size * growing.reach(model, q)).max(before);
             let lost = before * (growing.rate * left).exp().min(FARTHEST / begins);
             if self.passed.as_ref().is_none_or(|passed| lost > passed.lost) {

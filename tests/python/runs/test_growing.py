@@ -253,7 +253,6 @@ def test_a_spin_about_the_middle_axis_is_followed_or_doubted(turn):
 @pytest.mark.parametrize(
     "options",
     [
-        {"dt": 0.2},
         {"dt": 0.1, "method": "average_acceleration"},
         {"method": "radau", "rtol": 1e-2, "atol": 1e-2},
         {"method": "rk45", "rtol": 1e-2, "atol": 1e-2},
