@@ -3,6 +3,7 @@
 pub mod actuate;
 pub(crate) mod at_rest;
 pub mod curve;
+pub(crate) mod growing;
 pub mod modes;
 pub(crate) mod normalised;
 pub mod reach;

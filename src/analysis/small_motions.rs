@@ -73,6 +73,8 @@ pub(crate) struct Motion {
     pub(crate) bound: f64,
     /// x, in the shapes of the undamped motion.
     pub(crate) shape: Vec<Complex>,
+    /// Weights of the velocities and accelerations in these shapes, whose sum over the rate is the amplitude of this motion in a state.
+    pub(crate) excitation: [Vec<Complex>; 2],
 }
 
 impl Motion {
@@ -220,6 +222,20 @@ impl Modal {
         self.squares.len()
     }
 
+    /// Whether some motion may grow: a direction without stiffness, loads without a potential, or forces along velocities.
+    pub(crate) fn may_grow(&self) -> bool {
+        let has_potential =
+            (0..self.n()).all(|j| (0..self.n()).all(|i| i == j || self.stiffness[(i, j)] == 0.0));
+        !has_potential
+            || self.squares.iter().any(|square| *square < 0.0)
+            || (0..self.n()).any(|i| self.damping[(i, i)] < 0.0)
+    }
+
+    /// Derivative of the accelerations in a state with these velocities and accelerations.
+    pub(crate) fn change_of_accelerations(&self, [v, a]: [&DVector<f64>; 2]) -> DVector<f64> {
+        -(&self.damping * a + &self.stiffness * v)
+    }
+
     /// Motions with damping and all other forces. Eigenvalues are those of a state matrix whose rows are in the order of
     /// their rates, fastest first: from such a graded matrix QR finds slow ones as accurately as fast ones. Neutral shapes
     /// that nothing accelerates are at rest; each of them is one motion of rate zero, without the steady drift along it.
@@ -258,16 +274,24 @@ impl Modal {
             }
         });
         let unit = |i: usize| (0..n).map(|j| Complex::from(if i == j { 1.0 } else { 0.0 })).collect();
+        let nothing = || [(); 2].map(|()| vec![Complex::from(0.0); n]);
+        let still = |bound: f64, shape: Vec<Complex>| Motion {
+            rate: Complex::from(0.0),
+            bound,
+            shape,
+            excitation: nothing(),
+        };
         let at_rest = (0..n).filter(|&i| is_idle(i));
-        let mut motions: Vec<Motion> =
-            at_rest.map(|i| Motion { rate: Complex::from(0.0), bound: 0.0, shape: unit(i) }).collect();
+        let mut motions: Vec<Motion> = at_rest.map(|i| still(0.0, unit(i))).collect();
         for (rate, right, left) in eigen_both(&state)? {
-            let [mut velocity, mut shape, mut force] = [(); 3].map(|()| vec![Complex::from(0.0); n]);
+            let [mut velocity, mut shape] = nothing();
+            let [mut of_velocities, mut force] = nothing();
             for (m, &(_, i, is_velocity)) in states.iter().enumerate() {
                 if is_velocity {
                     (velocity[i], force[i]) = (right[m], left[m]);
                 } else {
                     shape[i] = right[m] / frequency(i);
+                    of_velocities[i] = left[m] * frequency(i);
                 }
             }
             let drift = (0..n).filter(|&i| is_idle(i)).map(|i| velocity[i].norm()).fold(0.0, f64::max);
@@ -276,9 +300,9 @@ impl Modal {
             }
             let bound = self.along(&force, &shape);
             if rate.norm() > DOUBLE * bound {
-                motions.push(Motion { rate, bound, shape });
+                motions.push(Motion { rate, bound, shape, excitation: [of_velocities, force] });
             } else if drift <= DRIFT {
-                motions.push(Motion { rate: Complex::from(0.0), bound, shape });
+                motions.push(still(bound, shape));
             }
         }
         Some(motions)

@@ -1,5 +1,6 @@
 //! Vibrations about a state: their frequencies, and the amplitudes with which the state excites them.
 
+use crate::analysis::growing::Growing;
 use crate::analysis::normalised::scaled;
 use crate::analysis::small_motions::{SmallMotions, small_motions};
 use crate::model::constraint::one_sided;
@@ -11,6 +12,8 @@ use crate::numerics::linalg::{Matrix, dot};
 #[derive(Clone, Debug)]
 pub(crate) struct Spectrum {
     pub(crate) modes: Vec<Vibration>,
+    /// Motions that grow, with coupling by damping.
+    pub(crate) growing: Vec<Growing>,
 }
 
 /// A vibration mode.
@@ -124,6 +127,11 @@ impl Spectrum {
         let mut mass = Matrix::zeros(n, n);
         model.mass_matrix(q0, &mut mass);
         let with_mass = mass * &shapes;
+        let growing = if modal.may_grow() {
+            Growing::of(&modal, [&shapes, &with_mass], &motions.sizes, [v0, a0])
+        } else {
+            Vec::new()
+        };
         let modes = modal.squares.iter().enumerate().map(|(k, &square)| {
             let frequency = square.max(0.0).sqrt();
             let [shape, momentum]: [Vec<f64>; 2] =
@@ -136,6 +144,6 @@ impl Spectrum {
             };
             Vibration { frequency, damping: modal.damping[(k, k)], shape, momentum, velocity, size }
         });
-        Some(Self { modes: modes.collect() })
+        Some(Self { modes: modes.collect(), growing })
     }
 }

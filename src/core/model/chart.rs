@@ -68,7 +68,7 @@ pub fn step_between(first: &[usize], from: &[f64], to: &[f64]) -> Vec<f64> {
 }
 
 /// `U(v)`, row by row: the rate of a rotation vector for unit turns about the axes of the body.
-pub(crate) fn rate_matrix(v: [f64; 3]) -> [[f64; 3]; 3] {
+pub fn rate_matrix(v: [f64; 3]) -> [[f64; 3]; 3] {
     let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
         .map(|axis| rotation_vector_rate(v.into(), axis.into()).to_array());
     std::array::from_fn(|i| std::array::from_fn(|k| columns[k][i]))

@@ -2,6 +2,7 @@
 
 use crate::description::signal::Cell;
 use crate::error::{Checker, InvalidInput};
+use crate::numerics::linalg::Complex;
 
 /// A member of the Newmark family: the relation of displacements and velocities at the end of a step to
 /// accelerations.
@@ -39,6 +40,9 @@ const LARGEST_GAMMA: f64 = 1.5;
 
 /// HHT is unconditionally stable for alpha in [-1/3, 0] (Hilber, Hughes and Taylor 1977).
 const SMALLEST_HHT_ALPHA: f64 = -1.0 / 3.0;
+
+/// Iterations that find how a growth is followed: other eigenvalues are lost by then, unless the growth is of no matter.
+const GROWTH_STEPS: usize = 60;
 
 /// A gamma within that distance of the one of order 2 has order 2.
 const ORDER_TOLERANCE: f64 = 1e-12;
@@ -163,6 +167,26 @@ impl Scheme {
         let product = (1.0 - (1.0 - gamma) * damping + (0.5 - gamma + beta) * stiffness) / leading;
         let discriminant = half * half - product;
         if discriminant > 0.0 { half.abs() + discriminant.sqrt() } else { product.abs().sqrt() }
+    }
+
+    /// The factor by which a step multiplies what grows as `exp(z)` in it, of `x'' = z^2 x` in steps of one: the dominant eigenvalue, by iteration.
+    pub(crate) fn growth(&self, z: Complex) -> Complex {
+        let Self { beta, gamma, alpha_m, alpha_f, .. } = *self;
+        let square = z * z;
+        let (of_true, of_state) = ((1.0 - alpha_f) / (1.0 - alpha_m), alpha_f / (1.0 - alpha_m));
+        let (mut x, mut v, mut s) = (Complex::from(1.0), z, square);
+        let mut factor = z.exp();
+        for _ in 0..GROWTH_STEPS {
+            let known = square * x * of_state - s * (alpha_m / (1.0 - alpha_m));
+            let predicted = x + v + s * (0.5 - beta) + known * beta;
+            let end = predicted / (Complex::from(1.0) - square * (beta * of_true));
+            let after = square * end * of_true + known;
+            let velocity = v + s * (1.0 - gamma) + after * gamma;
+            factor = end / x;
+            let inverse = Complex::from(1.0) / end;
+            (x, v, s) = (Complex::from(1.0), velocity * inverse, after * inverse);
+        }
+        factor
     }
 
     /// True when algorithmic and true accelerations are the same.

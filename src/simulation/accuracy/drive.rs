@@ -2,6 +2,7 @@
 //! from the others, to modal forces that are linear between sample times.
 
 use super::features::{Features, Sample};
+use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
 use crate::model::Model;
@@ -23,6 +24,8 @@ const MOST_LOOKS: usize = 20_000;
 pub(super) struct Drive {
     /// Largest modal amplitude of each vibration.
     pub(super) sizes: Vec<f64>,
+    /// Largest amplitude that forces excite of what grows.
+    pub(super) grown: Vec<f64>,
     /// Longest step, in seconds, that misses no feature of the excitation, if steps end at `ends`.
     pub(super) longest_step: f64,
     /// Times of jumps and of short pulses.
@@ -38,7 +41,7 @@ impl Drive {
         model: &mut M,
         t_span: (f64, f64),
         q0: &[f64],
-        spectrum: &Spectrum,
+        (spectrum, growing): (&Spectrum, &[Growing]),
         (visible, finds): (f64, bool),
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
@@ -46,7 +49,7 @@ impl Drive {
         let modes = &spectrum.modes;
         let between_looks = (t_end - t0) / if finds { LOOKS } else { FEW_LOOKS };
         let weights: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0) / visible).collect();
-        let mut forces = Forces::new(q0);
+        let mut forces = Forces::new(q0, growing);
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
         let mut features =
             Features { weights, duration: t_end - t0, longest_step: f64::INFINITY, ends: Vec::new() };
@@ -81,6 +84,7 @@ impl Drive {
         let Features { longest_step, ends, .. } = features;
         Ok(Self {
             sizes: motion.into_iter().map(|oscillation| oscillation.largest).collect(),
+            grown: forces.grown,
             longest_step,
             ends,
         })
@@ -99,16 +103,22 @@ struct Forces<'a> {
     q0: &'a [f64],
     rest: Vec<f64>,
     tau: Vec<f64>,
+    growing: &'a [Growing],
+    grown: Vec<f64>,
 }
 
 impl<'a> Forces<'a> {
-    fn new(q0: &'a [f64]) -> Self {
-        Self { q0, rest: vec![0.0; q0.len()], tau: vec![0.0; q0.len()] }
+    fn new(q0: &'a [f64], growing: &'a [Growing]) -> Self {
+        let [rest, tau] = [(); 2].map(|()| vec![0.0; q0.len()]);
+        Self { q0, rest, tau, growing, grown: vec![0.0; growing.len()] }
     }
 
     fn at<M: Model>(&mut self, model: &mut M, modes: &[Vibration], t: f64) -> Result<Vec<f64>, Interrupted> {
         model.set_time(t)?;
         model.inverse_dynamics(self.q0, &self.rest, &self.rest, &mut self.tau);
+        for (grown, growing) in self.grown.iter_mut().zip(self.growing) {
+            *grown = grown.max(amplitude(&growing.of_forces, &self.tau));
+        }
         let along = |mode: &Vibration| -mode.shape.iter().zip(&self.tau).map(|(x, tau)| x * tau).sum::<f64>();
         Ok(modes.iter().map(along).collect())
     }

@@ -8,10 +8,12 @@
 use std::f64::consts::E;
 
 use super::drive::Drive;
+use super::growth::Growth;
 use super::integrator::Integrator;
+use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
-use crate::model::Model;
+use crate::model::{ForwardScratch, Model};
 
 /// Changes of the excitation that move the tip by less than this fraction of what was asked need not be resolved.
 const VISIBLE: f64 = 0.15;
@@ -41,11 +43,22 @@ struct Followed {
     angle: f64,
 }
 
+/// A state is near an equilibrium if all of its vibrations together move the tip by less than this part of the length.
+const NEAR: f64 = 0.1;
+
 /// Vibrations to be resolved, and other limits of the step.
 #[derive(Clone, Debug)]
 pub(super) struct Following {
     /// Vibrations of each state examined so far.
     vibrations: Vec<Vec<Followed>>,
+    /// What grows about the start.
+    growths: Vec<Growth>,
+    /// What grows fastest about each later state near an equilibrium.
+    later: Vec<Growth>,
+    /// Whether the motion begins near an equilibrium.
+    begins_near: bool,
+    /// Displacements that the start excites, with their speeds in 1/s.
+    excited: Vec<(Vec<f64>, f64)>,
     /// Longest step, in seconds, that misses no feature of the excitation, if steps end at `ends`.
     of_drive: f64,
     pub(super) ends: Vec<f64>,
@@ -63,6 +76,10 @@ impl Following {
     pub(super) fn nothing() -> Self {
         Self {
             vibrations: Vec::new(),
+            growths: Vec::new(),
+            later: Vec::new(),
+            begins_near: false,
+            excited: Vec::new(),
             of_drive: f64::INFINITY,
             ends: Vec::new(),
             rate: 0.0,
@@ -77,7 +94,7 @@ impl Following {
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
-        q0: &[f64],
+        [q0, v0]: [&[f64]; 2],
         spectrum: &Spectrum,
         [loosest, wanted]: [f64; 2],
         known: Option<&Self>,
@@ -86,34 +103,83 @@ impl Following {
         let mut of_drive = model.facts().shortest_period / STEPS_OF_A_PERIOD;
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         let mut ends = Vec::new();
+        let duration = t_span.1 - t_span.0;
+        let growing = growing(model, t_span.0, [q0, v0], duration, &spectrum.growing);
+        let mut seeds: Vec<f64> = growing.iter().map(|growing| growing.size).collect();
         if model.facts().varies_in_time {
             if let Some(known) = known {
                 model.end_steps_at(&known.ends);
             }
             let visible = (VISIBLE * wanted, known.is_none());
-            let drive = Drive::new(model, t_span, q0, spectrum, visible, monitor)?;
+            let drive = Drive::new(model, t_span, q0, (spectrum, &growing), visible, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
+            }
+            for (seed, grown) in seeds.iter_mut().zip(drive.grown) {
+                *seed = seed.max(grown);
             }
             let found = (drive.longest_step, drive.ends);
             let (longest, at) = known.map_or(found, |known| (known.of_drive, known.ends.clone()));
             (of_drive, ends) = (of_drive.min(longest), at);
         }
-        let mut following =
-            Self { vibrations: Vec::new(), of_drive, ends, rate: spectrum.rate(), loosest, wanted };
-        following.add(model, t_span.1 - t_span.0, q0, spectrum, &sizes);
+        let rate = spectrum.rate();
+        let mut following = Self { of_drive, ends, rate, loosest, wanted, ..Self::nothing() };
+        following.begins_near = following.add(model, duration, q0, spectrum, &sizes);
+        for (growing, &seed) in growing.iter().zip(&seeds) {
+            following.growths.push(Growth::new(model, q0, growing, seed, duration));
+        }
+        let of_vibrations = spectrum.modes.iter().zip(&sizes).filter(|(_, size)| **size > 0.0);
+        following.excited =
+            of_vibrations.map(|(mode, &size)| scaled(&mode.shape, size, mode.frequency)).collect();
+        following
+            .excited
+            .extend(growing.iter().zip(seeds).map(|(one, seed)| scaled(&one.shape, seed, one.speed)));
         Ok(following)
     }
 
-    /// Adds the vibrations that a later state of the motion contains.
-    pub(super) fn look<M: Model>(&mut self, model: &mut M, t: f64, duration: f64, [q, v]: [&[f64]; 2]) {
-        if let Some(spectrum) = Spectrum::fast(model, t, [q, v]) {
-            let sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
-            self.add(model, duration, q, &spectrum, &sizes);
+    /// Adds the vibrations that a later state of the motion contains, and what grows from it within this time near an equilibrium.
+    pub(super) fn look<M: Model>(
+        &mut self,
+        model: &mut M,
+        t: f64,
+        [duration, time]: [f64; 2],
+        [q, v]: [&[f64]; 2],
+    ) {
+        let Some(spectrum) = Spectrum::fast(model, t, [q, v]) else { return };
+        let sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
+        let is_near = self.add(model, duration, q, &spectrum, &sizes);
+        if !is_near || time == 0.0 {
+            return;
         }
+        let growing = match spectrum.growing.is_empty() {
+            true => Vec::new(),
+            false => growing(model, t, [q, v], time, &spectrum.growing),
+        };
+        let growths = growing.iter().map(|growing| {
+            // What the start excites, and steps may have lost since.
+            let parts =
+                self.excited.iter().map(|(shape, speed)| (amplitude(&growing.of_places, shape), *speed));
+            let parts: Vec<(f64, f64)> = parts.collect();
+            let seed = parts.iter().map(|(size, _)| size).sum::<f64>().max(growing.size);
+            let mut growth = Growth::new(model, q, growing, seed, time);
+            for (size, speed) in parts {
+                growth.follow_from(size / seed, speed, self.wanted);
+            }
+            growth
+        });
+        let growths: Vec<Growth> = growths.collect();
+        self.later.extend(growths.into_iter().max_by(Growth::by_exponent));
     }
 
-    fn add<M: Model>(&mut self, model: &mut M, duration: f64, q: &[f64], spectrum: &Spectrum, sizes: &[f64]) {
+    /// Whether they are small.
+    fn add<M: Model>(
+        &mut self,
+        model: &mut M,
+        duration: f64,
+        q: &[f64],
+        spectrum: &Spectrum,
+        sizes: &[f64],
+    ) -> bool {
         let oscillates =
             |(mode, size): &(&Vibration, &f64)| mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped();
         let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
@@ -126,7 +192,20 @@ impl Following {
                 angle: mode.frequency * duration,
             }
         });
-        self.vibrations.push(followed.collect());
+        let followed: Vec<Followed> = followed.collect();
+        let is_near = followed.iter().map(|vibration| vibration.reach).sum::<f64>() < NEAR;
+        self.vibrations.push(followed);
+        is_near
+    }
+
+    /// A doubt about a motion that begins at an unstable equilibrium, or stays near one.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let first = self.growths.iter().copied().max_by(Growth::by_exponent).filter(|_| self.begins_near);
+        Growth::doubt(first.as_slice(), self.wanted).or_else(|| Growth::doubt(&self.later, self.wanted))
+    }
+
+    fn growing(&self) -> impl Iterator<Item = &Growth> {
+        self.growths.iter().chain(&self.later)
     }
 
     /// Error of all vibrations together for steps of this size, relative to the length. Unresolved vibrations
@@ -137,7 +216,8 @@ impl Following {
             vibration.reach * (vibration.radians * of_a_radian).min(1.0)
         };
         let of_state = |vibrations: &Vec<Followed>| vibrations.iter().map(part).sum();
-        self.vibrations.iter().map(of_state).fold(0.0, f64::max)
+        let of_vibrations = self.vibrations.iter().map(of_state).fold(0.0, f64::max);
+        self.growing().map(|growth| growth.lost(integrator, step)).fold(of_vibrations, f64::max)
     }
 
     /// Error of the tip, relative to the length, if all frequencies have this relative error.
@@ -147,12 +227,15 @@ impl Following {
             let seen = vibration.angle.min(1.0).powi(2);
             vibration.reach * (vibration.radians * seen * relative).min(1.0)
         };
-        self.vibrations.iter().map(|vibrations| vibrations.iter().map(part).sum()).fold(0.0, f64::max)
+        let of_vibrations =
+            self.vibrations.iter().map(|vibrations| vibrations.iter().map(part).sum()).fold(0.0, f64::max);
+        self.growing().map(|growth| growth.late(relative)).fold(of_vibrations, f64::max)
     }
 
     /// Highest visible frequency, in rad/s; zero if there is none.
     pub(super) fn highest(&self) -> f64 {
-        self.visible().map(|vibration| vibration.frequency).fold(0.0, f64::max)
+        let of_vibrations = self.visible().map(|vibration| vibration.frequency).fold(0.0, f64::max);
+        self.growing().map(|growth| growth.visible_speed(self.wanted)).fold(of_vibrations, f64::max)
     }
 
     /// Step, in seconds, by which the local errors of all visible vibrations are within `tolerance`.
@@ -173,7 +256,9 @@ impl Following {
             integrator.step_of_error(allowed).min(integrator.longest * shorter) / vibration.frequency
         };
         let of_all = self.of_drive.min(integrator.stability / self.rate) * shorter;
-        self.visible().map(of_vibration).fold(of_all, f64::min)
+        let tightening = tolerance / self.loosest;
+        let of_growth = self.growing().map(|growth| growth.longest_step(integrator, self.wanted, tightening));
+        self.visible().map(of_vibration).fold(of_growth.fold(of_all, f64::min), f64::min)
     }
 
     /// The same vibrations for all runs of a request, to make the runs comparable: of each state the largest ones. Those that
@@ -190,6 +275,32 @@ impl Following {
             })
         })
     }
+}
+
+/// A displacement of this size along a shape, with its speed.
+fn scaled(shape: &[f64], size: f64, speed: f64) -> (Vec<f64>, f64) {
+    (shape.iter().map(|x| x * size).collect(), speed)
+}
+
+/// What grows from a state within this time: `at_rest` where it does not move, unless its accelerations prevent it, as those of free fall do.
+fn growing<M: Model>(
+    model: &mut M,
+    t: f64,
+    [q, v]: [&[f64]; 2],
+    time: f64,
+    at_rest: &[Growing],
+) -> Vec<Growing> {
+    let moves = v.iter().any(|v| *v != 0.0);
+    let is_known = model.facts().constraints() > 0 || !moves && at_rest.is_empty();
+    if is_known || model.set_time(t).is_err() {
+        return at_rest.to_vec();
+    }
+    let mut a = vec![0.0; q.len()];
+    if model.forward_dynamics(q, v, &mut a, &mut ForwardScratch::new(q.len())).is_err() {
+        return at_rest.to_vec();
+    }
+    let found = Growing::about(model, [q, v, &a], time);
+    if moves || found.is_empty() { found } else { at_rest.to_vec() }
 }
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ mod choice;
 mod drive;
 mod features;
 mod following;
+mod growth;
 mod integrator;
 mod missing;
 mod modes;
@@ -86,7 +87,12 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
                 factor *= 2;
                 model = more_nodes;
             }
-            None => break (run.simulation, plan.choice.reason),
+            None => {
+                let found = plan.following.doubt().filter(|_| run.is_success());
+                let doubts: Vec<String> = run.simulation.doubt.take().into_iter().chain(found).collect();
+                run.simulation.doubt = (!doubts.is_empty()).then(|| doubts.join(" "));
+                break (run.simulation, plan.choice.reason);
+            }
         }
     };
     if factor > 1 {
@@ -102,6 +108,10 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
     }
     if start.moved > 0.0 {
         simulation.message.push_str(&Start::sentence(start.moved));
+    }
+    if let Some(doubt) = &simulation.doubt {
+        simulation.message.push(' ');
+        simulation.message.push_str(doubt);
     }
     simulation.statistics.wall_time = clock.elapsed().as_secs_f64();
     if compared.len() > wanted.len() {

@@ -9,7 +9,7 @@ use crate::model::Model;
 
 use crate::analysis::spectrum::Spectrum;
 use crate::integrators::second_order;
-use crate::simulation::simulate::{Simulation, Status, simulate};
+use crate::simulation::simulate::{Simulation, Status, simulate_as_chosen};
 
 /// Tolerance of the first run over the requested one, chosen such that the second run usually meets the
 /// request.
@@ -80,7 +80,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let loosest = FIRST_TOLERANCE * request.rtol;
         let known = Spectrum::new(model, t_span.0, q0, v0).and_then(|spectrum| {
             let following =
-                Following::new(model, t_span, q0, &spectrum, [loosest, request.rtol], known, monitor).ok()?;
+                Following::new(model, t_span, start, &spectrum, [loosest, request.rtol], known, monitor)
+                    .ok()?;
             let duration = t_span.1 - t_span.0;
             Some((Choice::new(&spectrum, &following, request.rtol, model.facts(), duration), following))
         });
@@ -115,8 +116,8 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         let max_steps = if is_shown { SHOWN } else { self.request.max_steps };
         let request = Request { max_step, max_steps: max_steps.min(self.most_steps), ..self.request };
         let method = integrator.method(&sizes, frequency, tolerance, request);
-        let [q0, v0] = self.start;
-        let mut simulation = simulate(model.clone(), self.t_span, q0, v0, &method, self.t_eval, monitor)?;
+        let mut simulation =
+            simulate_as_chosen(model.clone(), self.t_span, self.start, &method, self.t_eval, monitor)?;
         if is_shown && simulation.status.name() == TOO_MANY_STEPS {
             simulation.message = format!(
                 "At least {fewest:.0e} steps are needed to follow what moves, and `max_steps` is {}: only the first {SHOWN} of \
@@ -149,9 +150,11 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
     pub(super) fn follows(&mut self, run: &Run) -> bool {
         let mut model = self.model.clone();
         let Simulation { t, q, v, n, .. } = &run.simulation;
-        for i in (1..=STATES).map(|k| k * t.len().saturating_sub(1) / STATES) {
+        for (k, i) in (1..=STATES).map(|k| (k, k * t.len().saturating_sub(1) / STATES)) {
             let state = [q, v].map(|values| &values[i * n..][..*n]);
-            self.following.look(&mut model, t[i], self.duration(), state);
+            // Until the next look.
+            let time = if k < STATES { self.duration() / STATES as f64 } else { 0.0 };
+            self.following.look(&mut model, t[i], [self.duration(), time], state);
         }
         self.following.longest_step(self.choice.integrator, run.tolerance) * run.steps() >= self.duration()
     }

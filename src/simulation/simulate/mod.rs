@@ -15,6 +15,7 @@
 //! ```
 
 mod control;
+mod outgrown;
 mod recorder;
 mod runner;
 mod slackness;
@@ -38,6 +39,7 @@ use crate::simulation::balance::{Balance, Flow};
 use crate::simulation::stepping::Run;
 
 pub use self::control::{Control, Inputs};
+pub(crate) use self::outgrown::unstable_equilibrium;
 pub use self::slackness::{Slack, slackness};
 pub use crate::simulation::stepping::{Method, Status};
 
@@ -155,7 +157,20 @@ pub fn simulate<M: Model>(
     t_eval: Option<&[f64]>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
-    let arguments = Arguments { t_span, q0, v0, method, t_eval };
+    let arguments = Arguments { t_span, q0, v0, method, t_eval, judges_growth: true };
+    arguments.run(model, None, monitor)
+}
+
+/// Like [`simulate`], of steps that are known to follow what grows.
+pub(crate) fn simulate_as_chosen<M: Model>(
+    model: M,
+    t_span: (f64, f64),
+    [q0, v0]: [&[f64]; 2],
+    method: &Method,
+    t_eval: Option<&[f64]>,
+    monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+) -> Result<Simulation, InvalidInput> {
+    let arguments = Arguments { t_span, q0, v0, method, t_eval, judges_growth: false };
     arguments.run(model, None, monitor)
 }
 
@@ -173,7 +188,8 @@ pub fn simulate_controlled<M: Model>(
     control: Control<'_>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
-    let arguments = Arguments { t_span, q0, v0, method, t_eval };
+    // Controllers hold what grows by itself.
+    let arguments = Arguments { t_span, q0, v0, method, t_eval, judges_growth: false };
     arguments.run(model, Some(control), monitor)
 }
 
@@ -184,6 +200,8 @@ struct Arguments<'a> {
     v0: &'a [f64],
     method: &'a Method,
     t_eval: Option<&'a [f64]>,
+    /// Whether a doubt says where steps do not follow what grows from the start.
+    judges_growth: bool,
 }
 
 /// A validated run before its start.
@@ -197,7 +215,7 @@ struct Prepared<M> {
 impl Arguments<'_> {
     /// Rejects invalid arguments before any evaluation of a motion.
     fn prepare<M: Model>(&self, model: M, control_step: Option<f64>) -> Result<Prepared<M>, InvalidInput> {
-        let &Self { t_span, q0, v0, method, t_eval } = self;
+        let &Self { t_span, q0, v0, method, t_eval, .. } = self;
         let n = model.facts().n;
         second_order::check_start(n, t_span, q0, v0, method.dt())?;
         if let Some(step) = control_step {
@@ -245,9 +263,9 @@ impl Arguments<'_> {
         let start = Instant::now();
         let control_step = control.as_ref().map(|control| control.step);
         let Prepared { run, method, times, points } = self.prepare(model, control_step)?;
-        let Self { t_span, q0, .. } = self;
+        let Self { t_span, q0, judges_growth, .. } = self;
         let recorder = Recorder::new(&run, points, times.as_deref());
-        let mut runner = Runner::new(run, recorder, t_span, control);
+        let mut runner = Runner::new(run, recorder, t_span, control, judges_growth);
         let status = runner.finish(&method, times.as_deref(), monitor);
         let mut simulation = Simulation::of(runner, status, q0);
         simulation.statistics.wall_time = start.elapsed().as_secs_f64();
@@ -265,7 +283,7 @@ pub fn check<M: Model>(
     t_eval: Option<&[f64]>,
     control_step: Option<f64>,
 ) -> Result<(), InvalidInput> {
-    let arguments = Arguments { t_span, q0, v0, method, t_eval };
+    let arguments = Arguments { t_span, q0, v0, method, t_eval, judges_growth: false };
     arguments.prepare(model, control_step).map(|_| ())
 }
 
@@ -361,7 +379,7 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 impl Simulation {
     /// Final state and records of a run.
     fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
-        let Runner { mut run, recorder, meter, watch, stop, deepest, .. } = runner;
+        let Runner { mut run, recorder, meter, watch, outgrown, stop, deepest, .. } = runner;
         let Recorder { t, q, v, a, u, evaluations, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
@@ -370,7 +388,10 @@ impl Simulation {
         let doubt = if is_success {
             // Both checks may have found a problem.
             let of_vibrations = run.observe(|model, _| watch.doubt(model, q0));
-            let doubts: Vec<_> = run.doubt().into_iter().chain(of_vibrations).collect();
+            let of_steps = run.doubt();
+            // Of what is doubted already nothing more is known from the start.
+            let of_growth = outgrown.filter(|_| of_steps.is_none()).and_then(|outgrown| outgrown.doubt());
+            let doubts: Vec<_> = of_steps.into_iter().chain(of_vibrations).chain(of_growth).collect();
             (!doubts.is_empty()).then(|| doubts.join(" "))
         } else {
             None

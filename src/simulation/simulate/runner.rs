@@ -1,6 +1,7 @@
 //! A run in progress.
 
 use super::control::Control;
+use super::outgrown::Outgrown;
 use super::recorder::Recorder;
 use super::watch::Watch;
 use crate::error::Interrupted;
@@ -16,6 +17,8 @@ pub(super) struct Runner<'a, 'c, M> {
     pub(super) recorder: Recorder<'a>,
     pub(super) meter: Option<FlowMeter<'a>>,
     pub(super) watch: Watch,
+    pub(super) outgrown: Option<Outgrown>,
+    judges_growth: bool,
     /// Reason why a check stopped the run.
     pub(super) stop: Option<Stop>,
     /// The overlap with the largest share so far, with its time.
@@ -31,9 +34,22 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
         recorder: Recorder<'a>,
         t_span: (f64, f64),
         control: Option<Control<'c>>,
+        judges_growth: bool,
     ) -> Self {
-        let (meter, watch, stop) = (None, Watch::Nothing, None);
-        Self { run, recorder, meter, watch, stop, deepest: None, t_span, control, has_begun: false }
+        let (meter, watch, outgrown, stop) = (None, Watch::Nothing, None, None);
+        Self {
+            run,
+            recorder,
+            meter,
+            watch,
+            outgrown,
+            judges_growth,
+            stop,
+            deepest: None,
+            t_span,
+            control,
+            has_begun: false,
+        }
     }
 
     /// Runs all intervals and returns the status. States reached before a failure are recorded too.
@@ -80,6 +96,11 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 self.watch = self
                     .run
                     .observe(|model, State { q, v, a, .. }| Watch::new(model, t_span, [q, v, a], method));
+                if self.judges_growth {
+                    self.outgrown = self.run.observe(|model, State { q, v, a, .. }| {
+                        Outgrown::new(model, t_span, [q, v, a], method)
+                    });
+                }
             }
             self.recorder.record(&mut self.run, true)?;
             let status = self.finish_interval(interval == intervals, monitor)?;
@@ -129,8 +150,11 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 // controller's call.
                 let is_followed = !is_last && status.is_some_and(Status::is_success);
                 let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
-                let Self { run, meter, watch, stop, .. } = self;
+                let Self { run, meter, watch, outgrown, stop, .. } = self;
                 run.observe(|model, state| {
+                    if let Some(outgrown) = outgrown {
+                        outgrown.step(model, state);
+                    }
                     if let Some(meter) = meter {
                         meter.step(model, state)?;
                     }

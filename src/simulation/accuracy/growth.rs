@@ -1,0 +1,141 @@
+//! Motions that grow from a state, such as the fall of a pendulum from its upper position, and the steps that follow them.
+//!
+//! Radau's method damps what grows by more than a factor of e^4 in a step, and the errors of steps that are short for a coordinate of its
+//! typical size are large for one of 1e-4 of it: two runs that both step over a growth agree with each other, but not with the exact motion.
+//! Therefore steps follow what grows to a visible size, as they follow vibrations, until it has that size; from then on errors show in the
+//! difference of two runs. What rounding grows to no steps can tell.
+
+use std::cmp::Ordering;
+
+use super::integrator::Integrator;
+use crate::analysis::growing::Growing;
+use crate::model::Model;
+use crate::simulation::simulate::unstable_equilibrium;
+
+/// Motions that grow no farther than this fraction of what was asked need not be followed.
+const NEGLECTED: f64 = 0.25;
+
+/// Fraction of what was asked that each growing motion may use in the first run.
+const SHARE: f64 = 0.75;
+
+/// Upper bound of what grows, relative to the length or to typical coordinates.
+const FARTHEST: f64 = 2.0;
+
+/// Longest step over the time of a growth by e: from there on errors of steps are not those of the lowest order.
+const LONGEST: f64 = 1.0;
+
+/// Rounding of a state and of its forces, relative to typical coordinates.
+const ROUNDING: f64 = 2e-15;
+
+/// What grows from a state.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Growth {
+    /// Rate of growth, and absolute value of the complex rate, in 1/s.
+    rate: f64,
+    speed: f64,
+    /// Natural logarithm of the factor by which rounding grows.
+    exponent: f64,
+    /// Where the growth of what the state excites ends, relative to the length or to typical coordinates; zero if that is rounding.
+    reach: f64,
+    /// Radians and factors of e that the growth passes until then.
+    radians: f64,
+    /// Elastic stiffness over what holds back or drives.
+    held: f64,
+}
+
+impl Growth {
+    /// In a state q from which this goes on for so long. `size` is the amplitude that the state, or loads, excite.
+    pub(super) fn new<M: Model>(model: &mut M, q: &[f64], growing: &Growing, size: f64, time: f64) -> Self {
+        let begins = size * growing.reach(model, q);
+        let lasts = |begins: f64| ((FARTHEST / begins).ln() / growing.rate).clamp(0.0, time);
+        let is_excited = begins > ROUNDING;
+        let reach = if is_excited { begins * (growing.rate * lasts(begins)).exp() } else { 0.0 };
+        Self {
+            rate: growing.rate,
+            speed: growing.speed,
+            exponent: growing.rate * lasts(begins.max(ROUNDING)),
+            reach: reach.min(FARTHEST),
+            radians: growing.speed * lasts(begins.max(ROUNDING)),
+            held: growing.elastic(model, q) / growing.speed.powi(2),
+        }
+    }
+
+    /// Follows also what the start excites at this speed, and steps may lose until the growth begins, if this part of it grows to a visible size.
+    pub(super) fn follow_from(&mut self, part: f64, speed: f64, wanted: f64) {
+        if part * self.reach > NEGLECTED * wanted {
+            self.speed = self.speed.max(speed);
+        }
+    }
+
+    pub(super) fn by_exponent(a: &Self, b: &Self) -> Ordering {
+        a.exponent.total_cmp(&b.exponent)
+    }
+
+    /// Whether steps must follow it for this accuracy.
+    fn is_visible(&self, wanted: f64) -> bool {
+        self.reach > NEGLECTED * wanted
+    }
+
+    /// The rate in 1/s that is to be followed for this accuracy; zero for none.
+    pub(super) fn visible_speed(&self, wanted: f64) -> f64 {
+        if self.is_visible(wanted) { self.speed } else { 0.0 }
+    }
+
+    /// Error after steps of this size, relative to the length.
+    pub(super) fn lost(&self, integrator: &Integrator, step: f64) -> f64 {
+        self.reach * (self.radians * integrator.error_of_a_radian(self.speed, step)).min(1.0)
+    }
+
+    /// Error if stiffnesses are wrong by so much that frequencies are by this part of them.
+    pub(super) fn late(&self, relative: f64) -> f64 {
+        self.reach * (self.radians * self.held * relative).min(1.0)
+    }
+
+    /// Longest step for which the error stays within its share of `wanted`, times `tightening`. Runs with different tolerances must not
+    /// have the same steps.
+    pub(super) fn longest_step(&self, integrator: &Integrator, wanted: f64, tightening: f64) -> f64 {
+        if !self.is_visible(wanted) {
+            return f64::INFINITY;
+        }
+        let allowed = SHARE * wanted * tightening / (self.reach * self.radians.max(1.0));
+        integrator.step_of_error(allowed).min(LONGEST * integrator.shorter(tightening)) / self.speed
+    }
+
+    /// A doubt about a motion that begins within rounding of another one, which goes elsewhere.
+    pub(super) fn doubt(growths: &[Self], wanted: f64) -> Option<String> {
+        let exponent: f64 = growths.iter().map(|growth| growth.exponent).sum();
+        let grown = ROUNDING * exponent.exp();
+        let fastest = growths.iter().max_by(|a, b| a.rate.total_cmp(&b.rate))?;
+        (grown >= wanted).then(|| unstable_equilibrium(fastest.rate, exponent))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::integrator::{DOP853, RADAU};
+    use super::*;
+
+    fn growth(reach: f64) -> Growth {
+        Growth { rate: 4.0, speed: 5.0, exponent: 12.0, reach, radians: 15.0, held: 2.0 }
+    }
+
+    #[test]
+    fn steps_of_a_growth_have_the_error_that_the_first_run_may_have() {
+        let wanted = 1e-4;
+        for integrator in [&RADAU, &DOP853] {
+            let step = growth(1.0).longest_step(integrator, wanted, 1.0);
+            assert!(step * 5.0 <= LONGEST);
+            assert!(growth(1.0).lost(integrator, step) <= SHARE * wanted * (1.0 + 1e-9));
+            assert!(growth(1.0).longest_step(integrator, wanted, 0.2) < 0.9 * step);
+        }
+        assert_eq!(growth(0.2 * wanted).longest_step(&RADAU, wanted, 1.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn only_what_rounding_grows_to_is_doubted() {
+        let of = |exponent: f64| Growth::doubt(&[Growth { exponent, ..growth(0.0) }], 1e-3);
+        assert!(of(20.0).is_none());
+        assert!(of(30.0).unwrap().contains("(4.000 per second)"));
+        assert!(Growth::doubt(&[], 1e-3).is_none());
+    }
+}

@@ -1,0 +1,288 @@
+//! What steps make of motions that grow from the start of a run: from an unstable equilibrium, under loads that follow a rod, or from a spin
+//! about a middle axis.
+//!
+//! Over a step, `x exp(s t)` becomes `R(s h) x`, with the stability function R of the method in place of the exponential. What follows from
+//! that until the motion has left the neighbourhood of its start is known from the start; nothing is computed where nothing grows.
+
+use std::cmp::Ordering;
+
+use crate::analysis::growing::Growing;
+use crate::integrators::newmark::Scheme;
+use crate::integrators::ode::{Tableau, tableau};
+use crate::model::Model;
+use crate::numerics::linalg::Complex;
+use crate::simulation::balance::State;
+use crate::simulation::stepping::Method;
+
+/// Errors of the tip, or of coordinates relative to their typical sizes, above this fraction cause a warning.
+const WORTH_A_WARNING: f64 = 2e-2;
+
+/// Models with more coordinates are not checked: their rates would cost more than a short run.
+const MOST_COORDINATES: usize = 100;
+
+/// Upper bound of what grows, relative to the length or to typical coordinates: the motion has left its start then.
+const FARTHEST: f64 = 2.0;
+
+/// Rounding of a state and of its forces, relative to typical coordinates.
+const ROUNDING: f64 = 2e-15;
+
+/// The start is near an equilibrium, or a steady spin, if it departs from it by less than this, relative to typical coordinates, within the
+/// time of a growth by e.
+const NEAR: f64 = 0.1;
+
+/// The same of states that are passed later: what departs farther from the state excites its growth, too, and is found large already.
+const PASSES_NEAR: f64 = 0.5;
+
+/// Number of times, after what grows from the start has become large, at which the motion may be near such a state again.
+const LOOKS: f64 = 16.0;
+
+/// What a method makes of a growth.
+enum Steps {
+    Newmark(Scheme),
+    Radau,
+    Explicit(Tableau),
+}
+
+/// A motion that grows.
+struct Growth {
+    /// Complex rate in 1/s.
+    rate: Complex,
+    /// Size at the start, relative to the length or to typical coordinates.
+    begins: f64,
+    /// Until when it is small, at most.
+    until: f64,
+    is_steady: bool,
+    /// Sum of the relative errors of all steps until then.
+    error: f64,
+}
+
+/// A state near an unstable equilibrium, or an unstable spin, that the motion passes later.
+struct Passed {
+    t: f64,
+    rate: f64,
+    /// Error at the end by what grows from there of the errors of steps before.
+    lost: f64,
+}
+
+/// What grows from the start of a run.
+pub(super) struct Outgrown {
+    steps: Steps,
+    t_span: (f64, f64),
+    last: f64,
+    longest: f64,
+    /// Size of the last step, and the errors that one of this size makes of each growth.
+    known: (f64, Vec<f64>),
+    growths: Vec<Growth>,
+    /// The worst state that was passed, and when it is looked for again.
+    passed: Option<Passed>,
+    next: f64,
+    between: f64,
+}
+
+impl Outgrown {
+    /// Of a run from the state (q, v, a). `None` where nothing grows visibly, for large models and for constrained ones.
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        t_span: (f64, f64),
+        [q, v, a]: [&[f64]; 3],
+        method: &Method,
+    ) -> Option<Self> {
+        let (n, duration) = (model.facts().n, t_span.1 - t_span.0);
+        let is_free = model.facts().constraints() == 0 && method.has_inertia();
+        if !is_free || n > MOST_COORDINATES || duration.is_nan() || duration <= 0.0 {
+            return None;
+        }
+        let steps = match method {
+            Method::Newmark(options) => Steps::Newmark(options.scheme),
+            Method::Radau { .. } => Steps::Radau,
+            Method::FirstOrder { options, .. } => {
+                tableau(options.method).map_or(Steps::Radau, Steps::Explicit)
+            }
+        };
+        model.set_time(t_span.0).ok()?;
+        let growths = Growing::about(model, [q, v, a], duration).into_iter().map(|growing| {
+            let begins = growing.size * growing.reach(model, q);
+            let lasts = (FARTHEST / begins.max(ROUNDING)).ln() / growing.rate;
+            let until = t_span.0 + lasts.clamp(0.0, duration);
+            let rate = growing.value;
+            Growth { rate, begins, until, is_steady: growing.departure < NEAR, error: 0.0 }
+        });
+        let is_visible = |growth: &Growth| growth.ends(t_span.0) > WORTH_A_WARNING;
+        let growths: Vec<Growth> = growths.filter(is_visible).collect();
+        let known = (0.0, vec![0.0; growths.len()]);
+        let fastest = growths.iter().max_by(|a, b| a.rate.re.total_cmp(&b.rate.re))?;
+        let next = fastest.until;
+        let between = ((t_span.1 - next) / LOOKS).max(1.0 / fastest.rate.re);
+        let (last, longest, passed) = (t_span.0, 0.0, None);
+        Some(Self { steps, t_span, last, longest, known, growths, passed, next, between })
+    }
+
+    /// Takes note of a step to this state.
+    pub(super) fn step<M: Model>(&mut self, model: &mut M, state: State<'_>) {
+        let t = state.t;
+        let step = t - self.last;
+        let (steps, last) = (&self.steps, self.last);
+        self.last = t;
+        self.longest = self.longest.max(step);
+        // Rounding of the times of fixed steps is no other step.
+        if (step - self.known.0).abs() > 1e-6 * step {
+            self.known.0 = step;
+            let rates = self.growths.iter().map(|growth| growth.rate * step);
+            self.known.1.clear();
+            self.known.1.extend(rates.map(|rate| steps.error(rate)));
+        }
+        for (growth, error) in self.growths.iter_mut().zip(&self.known.1) {
+            growth.error += error * ((growth.until - last) / step).clamp(0.0, 1.0);
+        }
+        if t >= self.next && t < self.t_span.1 {
+            self.next = t + self.between;
+            self.look(model, state);
+        }
+    }
+
+    /// Whether the motion is near a state from which errors of the steps before grow.
+    fn look<M: Model>(&mut self, model: &mut M, State { t, q, v, a }: State<'_>) {
+        let before = self.growths.iter().map(|growth| growth.lost(self.t_span.0)).fold(0.0, f64::max);
+        let left = self.t_span.1 - t;
+        if before == 0.0 || model.set_time(t).is_err() {
+            return;
+        }
+        for growing in
+            Growing::about(model, [q, v, a], left).into_iter().filter(|one| one.departure < PASSES_NEAR)
+        {
+            let begins = (growing.size * growing.reach(model, q)).max(before);
+            let lost = before * (growing.rate * left).exp().min(FARTHEST / begins);
+            if self.passed.as_ref().is_none_or(|passed| lost > passed.lost) {
+                self.passed = Some(Passed { t, rate: growing.rate, lost });
+            }
+        }
+    }
+
+    /// Reason why a completed run may be wrong.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let t0 = self.t_span.0;
+        let worst = self.growths.iter().max_by(|a, b| a.lost(t0).total_cmp(&b.lost(t0)))?;
+        let (lost, rate) = (worst.lost(t0), worst.rate.re);
+        if lost > WORTH_A_WARNING {
+            return Some(format!(
+                "About its start the motion grows by a factor of e in {:.1e} s ({rate:.3} per second), and steps of up to {:.1e} s follow that with an \
+                 error of about {:.1} % of the length, or of typical coordinates, once it is large. Take shorter steps, a smaller tolerance, \
+                 or method \"auto\".",
+                1.0 / rate,
+                self.longest,
+                100.0 * lost.min(1.0),
+            ));
+        }
+        if let Some(Passed { t, rate, lost }) = &self.passed
+            && *lost > WORTH_A_WARNING
+        {
+            return Some(format!(
+                "At t = {t:.3} s the motion passes near an unstable equilibrium or an unstable spin, where errors grow by a factor of e in {:.1e} s \
+                 ({rate:.3} per second): those of steps of up to {:.1e} s become about {:.0} % of the length, or of typical coordinates. \
+                 Take shorter steps, a smaller tolerance, or method \"auto\".",
+                1.0 / rate,
+                self.longest,
+                100.0 * lost.min(1.0),
+            ));
+        }
+        let rounded = |growth: &&Growth| growth.begins <= ROUNDING && growth.is_steady;
+        let by_rate = |a: &&Growth, b: &&Growth| -> Ordering { a.rate.re.total_cmp(&b.rate.re) };
+        let fastest = self.growths.iter().filter(rounded).max_by(by_rate)?;
+        let exponent = fastest.rate.re * (self.t_span.1 - t0);
+        Some(unstable_equilibrium(fastest.rate.re, exponent))
+    }
+}
+
+/// A doubt about a motion that begins within rounding of another one, which goes elsewhere. Deviations grow by `exp(exponent)`.
+pub(crate) fn unstable_equilibrium(rate: f64, exponent: f64) -> String {
+    format!(
+        "The motion is near an unstable equilibrium or an unstable spin, where deviations grow by a factor of e in {:.1e} s ({rate:.3} per second), by 1e{:.0} within \
+         the run as long as they are small: rounding decides how it ends. Give the start a deviation that is far larger than rounding, or \
+         shorten the time.",
+        1.0 / rate,
+        exponent / std::f64::consts::LN_10
+    )
+}
+
+impl Growth {
+    /// Its size where it is no longer small, or at the end.
+    fn ends(&self, t0: f64) -> f64 {
+        self.begins.max(ROUNDING) * (self.rate.re * (self.until - t0)).exp()
+    }
+
+    /// Error by steps at that time.
+    fn lost(&self, t0: f64) -> f64 {
+        if self.begins <= ROUNDING { 0.0 } else { self.ends(t0).min(FARTHEST) * self.error.exp_m1().min(1.0) }
+    }
+}
+
+impl Steps {
+    /// Relative error of a step, by the product of the rate and the step.
+    fn error(&self, z: Complex) -> f64 {
+        let grown = match self {
+            Self::Newmark(scheme) => scheme.growth(z),
+            Self::Radau => radau(z),
+            Self::Explicit(tableau) => explicit(tableau, z),
+        };
+        let error = (grown.ln() - z).norm();
+        // A factor of zero loses everything.
+        if error.is_finite() { error } else { f64::MAX.ln() }
+    }
+}
+
+/// `(1 + 2 z/5 + z^2/20) / (1 - 3 z/5 + 3 z^2/20 - z^3/60)`, the stability function of Radau IIA (Hairer and Wanner 1996, section IV.3).
+fn radau(z: Complex) -> Complex {
+    let one = Complex::from(1.0);
+    (one + z * 0.4 + z * z * 0.05) / (one - z * 0.6 + z * z * 0.15 - z * z * z / 60.0)
+}
+
+/// The stability function of an explicit method.
+fn explicit(Tableau { a, b, .. }: &Tableau, z: Complex) -> Complex {
+    let mut stages: Vec<Complex> = Vec::with_capacity(b.len());
+    let sum = |weights: &[f64], stages: &[Complex]| -> Complex {
+        weights.iter().zip(stages).map(|(weight, stage)| stage * *weight).sum()
+    };
+    for row in a {
+        let stage = z * (Complex::from(1.0) + sum(row, &stages));
+        stages.push(stage);
+    }
+    Complex::from(1.0) + sum(b, &stages)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrators::ode::Method as Pair;
+
+    fn error(steps: &Steps, z: f64) -> f64 {
+        steps.error(Complex::from(z))
+    }
+
+    #[test]
+    fn errors_of_a_growth_have_the_order_of_the_method() {
+        let average = Steps::Newmark(Scheme::AVERAGE_ACCELERATION);
+        for (steps, order) in [
+            (average, 2),
+            (Steps::Newmark(Scheme::generalised_alpha(0.8).unwrap()), 2),
+            (Steps::Radau, 5),
+            (Steps::Explicit(tableau(Pair::Rk45).unwrap()), 5),
+            (Steps::Explicit(tableau(Pair::Dop853).unwrap()), 8),
+        ] {
+            let ratio = error(&steps, 0.4) / error(&steps, 0.2);
+            let expected = f64::from(2_i32.pow(order + 1));
+            assert!((0.6..1.7).contains(&(ratio / expected)), "{order}: {ratio}");
+            // Also where it turns.
+            assert!(steps.error(Complex::new(0.1, 0.1)) < 2.0 * error(&steps, 0.2));
+        }
+        let average = Steps::Newmark(Scheme::AVERAGE_ACCELERATION);
+        let exact = (1.25_f64 / 0.75).ln() - 0.5;
+        assert!((error(&average, 0.5) / exact - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_long_steps_damp_is_lost() {
+        assert!(error(&Steps::Radau, 30.0) > 25.0);
+        assert!(error(&Steps::Newmark(Scheme::AVERAGE_ACCELERATION), 30.0) > 25.0);
+        assert!(error(&Steps::Radau, 1.0) < 1e-3);
+    }
+}
