@@ -4,13 +4,13 @@
 //! rods the mass at the place of an impact is that of the discretisation, and waves make the rebound. So the law stays as it is, and
 //! only the steps in which something rebounds take shorter ones, by Radau's method with an error estimate.
 
+use super::resolved::Within;
 use crate::error::Interrupted;
 use crate::integrators::attempts::matters;
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
 use crate::model::{Facts, Model, Parting};
 use crate::numerics::tape::Tape;
-use crate::simulation::balance::{FlowMeter, Rule, State};
 
 /// Tolerance of the steps within, relative to what the step changes velocities by: balls rebound with 1.0000 of their energy, and none is
 /// gained but 2e-4. So is that of displacements, relative to these changes times the step.
@@ -54,6 +54,8 @@ pub(super) struct Resolving {
     going_on: f64,
     /// Tolerances of velocities in the last step that was resolved.
     tolerances: Vec<f64>,
+    /// The motion within the last step, if that was resolved.
+    within: Within,
 }
 
 /// A step to be made once more: its times, the displacements and velocities that it began with, and how long the shortest impact in it
@@ -68,8 +70,6 @@ pub(super) struct Step<'a> {
 pub(super) struct Resolved {
     /// Displacements, velocities, and accelerations with multipliers behind them.
     pub(super) motion: [Vec<f64>; 3],
-    /// Energy dissipated in it, and work.
-    pub(super) flow: [f64; 2],
     /// Whether surfaces touch at its end.
     pub(super) touches: bool,
 }
@@ -84,7 +84,18 @@ fn work_of(counters: &Counters) -> usize {
 impl Resolving {
     /// Of a run of `n` coordinates that has resolved nothing yet.
     pub(super) fn new(n: usize) -> Self {
-        Self { used: 0, in_vain: 0, is_exhausted: false, going_on: 0.0, tolerances: vec![0.0; n] }
+        let (tolerances, within) = (vec![0.0; n], Within::new(n));
+        Self { used: 0, in_vain: 0, is_exhausted: false, going_on: 0.0, tolerances, within }
+    }
+
+    /// Another step begins.
+    pub(super) fn begin_step(&mut self) {
+        self.within.clear();
+    }
+
+    /// The motion within the last step, if that was resolved.
+    pub(super) fn within(&self) -> Option<&Within> {
+        Some(&self.within).filter(|within| !within.is_empty())
     }
 
     /// How long impacts take, in seconds, for which the last step is made once more; nothing where none matter. The step has led from the
@@ -154,7 +165,6 @@ impl Resolving {
             return Ok((None, Counters::default()));
         };
         stepper.set_accuracy(TOLERANCE);
-        let mut meter = FlowMeter::new(model, Rule::Quintic, t_span.0, [q, v], Some(&[]));
         let mut way = Way {
             t_end: t_span.1,
             impact,
@@ -170,10 +180,7 @@ impl Resolving {
             if way.has_let_go(model, &mut stepper)? {
                 status = stepper.step(model)?;
             }
-            let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
-            if let Some(meter) = &mut meter {
-                meter.step(model, state)?;
-            }
+            self.within.add(&stepper);
             if status.is_some() || work_of(&stepper.counters()) > allowed {
                 break status;
             }
@@ -183,12 +190,12 @@ impl Resolving {
         model.set_time(t_span.1)?;
         if status != Some(Status::Finished) {
             (self.in_vain, self.is_exhausted) = (work_of(&work), true);
+            self.within.clear();
             return Ok((None, work));
         }
         let touches = model.overlaps(stepper.q());
         let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);
-        let flow = meter.map_or([0.0; 2], |meter| meter.total());
-        Ok((Some(Resolved { motion, flow, touches }), work))
+        Ok((Some(Resolved { motion, touches }), work))
     }
 
     /// What goes on from step to step.
