@@ -98,8 +98,9 @@ impl Stepper {
         })
     }
 
-    /// Iterations go as far as this relative tolerance asks for, where tolerances are absolute ones. Before the first step.
+    /// Tolerances are absolute ones, and iterations go as far as this relative one asks for. Before the first step.
     pub(crate) fn set_accuracy(&mut self, rtol: f64) {
+        self.tolerances.rtol.fill(0.0);
         self.smallest_rtol = rtol;
         self.stages = Stages::new(self.q.len(), 0, rtol);
     }

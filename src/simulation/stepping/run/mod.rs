@@ -547,6 +547,7 @@ impl<M: Model> Run<M> {
         });
         let Self { integrator, .. } = self;
         let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
+        let known = known.or_else(|| self.resolving.doubt());
         let of_sticking = self.sticks_too_little();
         let Self { integrator, energy, .. } = self;
         let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
@@ -688,6 +689,10 @@ impl<M: Model> Run<M> {
         self.serialise_watch(tape);
         self.serialise_changes(tape);
         self.serialise_growth(tape);
+        // Versions before do not know it.
+        if self.resolves_impacts && !tape.is_over() {
+            self.resolving.serialise_rounding(tape);
+        }
     }
 
     fn serialise_growth(&mut self, tape: &mut Tape<'_>) {
