@@ -4,7 +4,8 @@ use super::impacts::{Impacts, Remedy};
 use crate::error::{Interrupted, Number};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Beside, Facts, Flaw, Holding, Model, Parting, Pressed, Radius, have_missed, have_tunnelled, may_miss,
+    Beside, Facts, Flaw, ForwardScratch, Holding, Model, Parting, Pressed, Radius, have_missed,
+    have_tunnelled, may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -170,8 +171,11 @@ impl Unilateral {
         {
             return Ok(Diagnosis::Crossed);
         }
-        let may_explode = matches!(kind, Kind::WithoutMemory | Kind::Last);
-        let explodes = may_explode && self.gains_energy(model, ends, Beside::All)?;
+        let explodes = match kind {
+            Kind::WithoutMemory => self.gains_energy(model, ends, Beside::Whole)?,
+            Kind::Last => self.gains_energy(model, ends, Beside::All)?,
+            Kind::Adaptive { .. } | Kind::WithMemory | Kind::WithoutInertia => false,
+        };
         Ok(if explodes { Diagnosis::Explodes } else { Diagnosis::Sound })
     }
 
@@ -297,24 +301,63 @@ impl Unilateral {
         self.resolves = resolves;
     }
 
+    /// The motion starts in this shape, in which surfaces may overlap.
+    pub(crate) fn start<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        t: f64,
+        q: &[f64],
+    ) -> Result<(), Interrupted> {
+        model.set_time(t)?;
+        self.touches = model.overlaps(q);
+        Ok(())
+    }
+
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
         (self.size, self.parting) = (h, Parting::default());
     }
 
-    /// Takes note of how what meets in a step, or in a part of one, would part again.
+    /// Takes note of how what meets in a step, or in a part of one, would part again, or what only its start presses.
     pub(super) fn follow_parting<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
     ) -> Result<(), Interrupted> {
-        if self.resolves && self.will_touch {
-            let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
-            let parting = model.parting(ends.v[0], [ends.q[1], ends.v[1], a], ends.h, self.size);
-            self.parting = self.parting.and(parting);
+        if !self.resolves {
+            return Ok(());
         }
+        let parting = if self.will_touch || self.touches {
+            let (end, since) = if self.will_touch { (1, ends.h) } else { (0, 0.0) };
+            let a = set_motion(model, ends.t[end], ends.q[end], ends.a[end])?;
+            model.parting(ends.v[0], [ends.q[end], ends.v[end], a], since, self.size)
+        } else if self.has_touched {
+            self.parting_unpushed(model, ends)?
+        } else {
+            return Ok(());
+        };
+        self.parting = self.parting.and(parting);
         Ok(())
+    }
+
+    /// How surfaces would part again that meet in a step and are apart at its end, by what they would overlap without their forces. Allocates.
+    fn parting_unpushed<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<Parting, Interrupted> {
+        let [q, v] = ends.before();
+        self.place.clear();
+        self.place.extend(q.iter().zip(v).map(|(q, v)| q + ends.h * v));
+        model.set_time(ends.t[1])?;
+        let (mut a, mut scratch) = (vec![0.0; q.len()], ForwardScratch::of(model));
+        if !model.overlaps(&self.place)
+            || model.forward_dynamics(&self.place, v, &mut a, &mut scratch).is_err()
+        {
+            return Ok(Parting::default());
+        }
+        Ok(model.parting(v, [&self.place, v, &a], ends.h, self.size))
     }
 
     /// How what has met in the last step of fixed size would part again.

@@ -4,7 +4,7 @@ use super::diagnosis::{Diagnosis, Kind};
 use super::{Ends, Stepper, Unilateral};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
-use crate::model::{InContact, InImpact};
+use crate::model::InImpact;
 
 /// How often a step into contact, or of a mechanism with constraints, that cannot be made is halved at most.
 const MOST_HALVINGS: usize = 8;
@@ -196,7 +196,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             false => unilateral.unsettled.saturating_sub(1),
         };
         unilateral.follow_parting(model, &ends)?;
-        if model.is_touched() {
+        if unilateral.will_touch {
             let Ends { t: [_, t], h, .. } = ends;
             if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
                 && unilateral.counts()

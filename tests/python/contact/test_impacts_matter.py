@@ -152,6 +152,55 @@ def test_a_platform_passes_on_twice_its_speed(stiffness, dt):
     assert_allclose(result.v[-1], 2 * speed, rtol=1e-3 if is_coarse else 1e-2)
 
 
+def cradle(number):
+    """A row of balls that touch, or nearly so, of which some come with one speed to the others, and its start."""
+    random = np.random.default_rng(number)
+    count = int(random.integers(3, 8))
+    masses = 10.0 ** random.uniform(-0.5, 0.5, count) if number % 2 else np.ones(count)
+    masses *= 10.0 ** random.uniform(-3, 3)
+    dt = 10.0 ** random.uniform(-3, -2)
+    # Impacts of the lightest pair take 0.3 to 15 steps.
+    stiffness = masses.min() / 2 * (np.pi / (10.0 ** random.uniform(-0.5, 1.2) * dt)) ** 2
+    balls = BallRow(masses, RADIUS, stiffness, random.choice([0.0, 0.0, 0.1, 0.5]))
+    coming = int(random.integers(1, count))
+    v = np.zeros(count)
+    v[:coming] = random.uniform(0.2, 1.0)
+    x = np.arange(count) * (2 * RADIUS + random.choice([0.0, 1e-9, 1e-4]))
+    x[:coming] -= random.uniform(0, 0.02)
+    return balls, x, v, dt, random.choice([0.0, 0.0, 100.0])
+
+
+# The last ones had lost 2 to 13 % of their energy.
+@pytest.mark.parametrize("number", [*range(12), 14, 39, 41, 49, 78, 95, 162, 168, 222, 226, 235])
+def test_cradles(number):
+    """A pair between others is as stiff as alone, however hard these press it."""
+    balls, x, v, dt, frame = cradle(number)
+    result = lissom.simulate(row(balls), 60 * dt, dt=dt, q0=x, v0=v + frame)
+    x_expected, expected = balls.follow(x, v, 60 * dt)
+    found = result.v[-1] - frame
+    scale = balls.energy(x, v)
+    assert abs(balls.energy(result.q[-1], found) - balls.energy(x_expected, expected)) < 2e-2 * scale
+    assert 0.5 * balls.masses @ (found - expected) ** 2 < 1e-2 * scale
+
+
+@pytest.mark.parametrize("frame", [0.0, 1e4, 1e6])
+@pytest.mark.parametrize("stiffness", [1e5, 1e8, 1e11])
+def test_rebounds_in_frames_that_move_fast(stiffness, frame):
+    """Equal in all frames; where the overlap of an impact is a few units in the last place of a coordinate, a doubt says so."""
+    x, v = np.array([0.0, 2 * RADIUS + 5.15]), np.array([1.0, 0.0])
+    robot = row(BallRow([1.0, 2.0], RADIUS, stiffness))
+    result = lissom.simulate(robot, 5.5, dt=1e-2, q0=x, v0=v + frame)
+    assert_allclose(result.v[-1] - frame, [-1 / 3, 2 / 3], atol=2e-3)
+    assert result.doubt is None
+
+
+def test_rounding_of_coordinates_is_doubted():
+    x, v = np.array([0.0, 2 * RADIUS + 51.5]), np.array([1.0, 0.0])
+    robot = row(BallRow([1.0, 2.0], RADIUS, 1e12))
+    with pytest.warns(lissom.AccuracyWarning, match="rounding of coordinates"):
+        lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 1e6)
+
+
 def box_on_floor(*more, extent=0.1, dissipation=0.0):
     box = Link("box", joint=Free(), body=Body(1.0, inertia=(0.01,) * 3), position=(0, 0, extent))
     shape = Box((0, 0, 0), (extent,) * 3, link="box")

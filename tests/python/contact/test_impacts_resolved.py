@@ -200,3 +200,56 @@ def test_tendons_that_do_not_stretch_go_by_steps_that_stop():
     with pytest.warns(lissom.AccuracyWarning):
         stopped = lissom.simulate(tied, 0.5, dt=1e-2, q0=[0.6], method=STOPPED)
     assert np.array_equal(found.q, stopped.q)
+
+
+@pytest.mark.parametrize(("stiffness", "dissipation"), [(1e5, 0.0), (1e6, 0.1), (1e4, 0.3)])
+def test_states_between_the_ends_of_steps(stiffness, dissipation):
+    """They are those of the method that resolves the impact, and so is what is dissipated until then."""
+    robot = ball(stiffness, dissipation)
+    times = np.linspace(0, 1.0, 1001)
+    result = lissom.simulate(robot, 1.0, dt=1e-2, q0=[1.1], method=RESOLVED, t_eval=times)
+    fine = lissom.simulate(robot, 1.0, q0=[1.1], method="radau", rtol=1e-10, atol=1e-12, t_eval=times)
+    assert fine.v.max() > 1.0
+    assert_allclose(result.q, fine.q, atol=1e-4)
+    assert_allclose(result.v, fine.v, atol=3e-3)
+    assert_allclose(result.balance.dissipated, fine.balance.dissipated, atol=2e-3 * G)
+    assert result.balance.drift < 2e-4
+
+
+def tumbling_box(number, friction):
+    """A box that is thrown on a floor while it spins, and its start."""
+    random = np.random.default_rng(number)
+    half, mass = random.uniform(0.03, 0.1, 3), 10.0 ** random.uniform(-1, 1)
+    inertia = mass / 3 * (half @ half - half**2)
+    box = Link(
+        "box",
+        joint=Free(),
+        body=Body(mass, inertia=tuple(inertia)),
+        position=(0, 0, random.uniform(0.3, 0.6)),
+    )
+    contact = Contact(
+        lissom.Box((0, 0, 0), tuple(half), link="box"),
+        FLOOR,
+        stiffness=mass * 10.0 ** random.uniform(4, 7),
+        friction=friction,
+        dissipation=[0.0, 0.1, 0.5][number % 3],
+    )
+    v0 = np.concatenate([random.uniform(-1, 1, 3), random.uniform(-15, 15, 3)])
+    return Robot([box], contacts=[contact]), v0
+
+
+@pytest.mark.parametrize(("number", "friction"), [(20, 0), (28, 0), (31, 0), (2, 0.5), (23, 0.5), (37, 0.5)])
+def test_the_balance_of_a_box_that_turns_past_pi_in_an_impact(number, friction):
+    robot, v0 = tumbling_box(number, friction)
+    for times in (None, np.linspace(0, 1.5, 997)):
+        result = lissom.simulate(robot, 1.5, dt=5e-3, v0=v0, method=RESOLVED, t_eval=times)
+        assert np.isfinite(result.balance.dissipated).all()
+        assert result.balance.drift < 2e-2
+    # Also step by step, from a copy of the middle of a flight.
+    simulation = lissom.Simulation(robot, dt=5e-3, v0=v0, method=RESOLVED)
+    simulation.step(duration=0.5)
+    other = copy.copy(simulation)
+    for one in (simulation, other):
+        assert one.step(duration=1.0) == "finished"
+    assert np.array_equal(simulation.q, other.q)
+    assert_allclose(simulation.q[2], result.q[-1, 2], atol=1e-12)

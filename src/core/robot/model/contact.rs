@@ -1,6 +1,6 @@
 //! Contacts and stops of a robot.
 
-use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
+use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN};
 use crate::model::springs::Cords;
 use crate::model::{
     Beside, Dynamics as _, Flaw, ForwardScratch, Impact, InContact, InImpact, Overlap, Parting, Radius,
@@ -215,6 +215,7 @@ impl InImpact for RobotModel {
         let supplied =
             if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
+        let whole = after.kinetic + after.elastic;
         match beside {
             Beside::Motion => {
                 let at_rest = AT_REST * of_overlaps;
@@ -235,7 +236,8 @@ impl InImpact for RobotModel {
                 self.note_energy([q_after, qd_after]);
                 exceeds(gain, kinetic[0].max(kinetic[1]))
             }
-            Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
+            Beside::Whole => gain > SMALL_GAIN * whole,
+            Beside::All => gain > EXPLOSION * whole,
         }
     }
 
