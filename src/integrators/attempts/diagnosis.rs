@@ -18,6 +18,9 @@ const STEPS_AFTER_STOP: usize = 2;
 /// of vibrations that it does not resolve.
 const EXCITED: f64 = 1e-3;
 
+/// Those are whose energy changes by more than that part of the kinetic one, too.
+const CHANGED: f64 = 2e-3;
+
 /// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
 /// what a step without memory does.
 const FLIGHT: f64 = 4.0;
@@ -111,8 +114,10 @@ pub(crate) struct Unilateral {
     resolves: bool,
     size: f64,
     parting: Parting,
-    /// Whether the last step was made once more by a method that resolves its impacts.
+    /// Whether the last step was made once more by a method that resolves its impacts, and whether the one after it excites what it does not
+    /// resolve.
     pub(super) resumes: bool,
+    is_excited: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
     /// Steps without inertia in which the shape has snapped to another one, and the end of the first of them.
@@ -238,8 +243,8 @@ impl Unilateral {
     }
 
     /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
-    /// velocities can bear.
-    pub(super) fn is_excited<M: Model + ?Sized>(
+    /// velocities can bear, and what it has changes where nothing takes or gives any. It is made once more, too.
+    pub(super) fn excites<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
@@ -249,7 +254,26 @@ impl Unilateral {
         self.place.clear();
         self.place.extend(ends.q[1].iter().zip(before.iter().zip(after)).map(|(_, (a0, a1))| h * (a1 - a0)));
         let [of_change, kinetic] = [&self.place[..], ends.v[1]].map(|v| model.energy(ends.q[1], v).kinetic);
-        Ok(of_change > EXCITED * kinetic.max(self.impacts.largest_kinetic()))
+        if of_change <= EXCITED * kinetic.max(self.impacts.largest_kinetic()) {
+            return Ok(false);
+        }
+        let Facts { is_driven, is_carried, varies_in_time, .. } = *model.facts();
+        self.is_excited = is_carried || varies_in_time || {
+            let mut change = 0.0;
+            for (end, sign) in [(0, -1.0), (1, 1.0)] {
+                let [q, v, a] = [ends.q[end], ends.v[end], &ends.a[end][..ends.q[end].len()]];
+                let supplied = if is_driven { model.supplied_power(q, v, a) } else { 0.0 };
+                change +=
+                    sign * model.energy(q, v).total() + 0.5 * h * (model.dissipated_power(q, v) - supplied);
+            }
+            change.abs() > CHANGED * kinetic
+        };
+        Ok(self.is_excited)
+    }
+
+    /// Whether the last step of fixed size follows on impacts that were resolved, and excites what it does not resolve.
+    pub(crate) fn is_excited(&self) -> bool {
+        self.is_excited
     }
 
     /// Takes note of what an accepted step has lost where surfaces touch at one of its ends.
@@ -316,7 +340,7 @@ impl Unilateral {
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
-        (self.size, self.parting) = (h, Parting::default());
+        (self.size, self.parting, self.is_excited) = (h, Parting::default(), false);
     }
 
     /// Takes note of how what meets in a step, or in a part of one, would part again, or what only its start presses.

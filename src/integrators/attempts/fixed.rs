@@ -83,7 +83,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         if (self.unilateral().unsettled == 0 || resumes)
             && self.try_step(t_new, h, Memory::Kept)?.is_ok()
             && self.diagnose(Memory::Kept)? == Diagnosis::Sound
-            && !(resumes && self.is_excited()?)
+            && !(resumes && self.excites()?)
         {
             let (ends, unilateral) = self.stepper.tried();
             unilateral.unsettled = 0;
@@ -152,9 +152,9 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         Ok(solved)
     }
 
-    fn is_excited(&mut self) -> Result<bool, Interrupted> {
+    fn excites(&mut self) -> Result<bool, Interrupted> {
         let (ends, unilateral) = self.stepper.tried();
-        unilateral.is_excited(model_of(self.system), &ends)
+        unilateral.excites(model_of(self.system), &ends)
     }
 
     fn diagnose(&mut self, memory: Memory) -> Result<Diagnosis, Interrupted> {

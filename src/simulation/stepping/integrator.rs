@@ -121,10 +121,9 @@ impl<M: Model> Integrator<M> {
     /// Makes a step of fixed size that has stopped an impact, or follows one by few steps, once more, by a method that resolves it.
     pub(super) fn resolve_impact(&mut self, resolving: &mut Resolving) -> Result<(), Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(()) };
-        let parting = stepper.unilateral().parting();
         let (t_span, [q, v]) = ((stepper.t_old(), stepper.t()), stepper.before());
         let (changes, h) = ([v, stepper.v()], t_span.1 - t_span.0);
-        let Some(impact) = resolving.impact_to_follow(&parting, model.facts(), changes, h) else {
+        let Some(impact) = resolving.impact_to_follow(stepper.unilateral(), model.facts(), changes, h) else {
             return Ok(());
         };
         let allowed = resolving.allowed(model.facts(), &stepper.counters());

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use super::resolved::Within;
 use crate::error::Interrupted;
-use crate::integrators::attempts::matters;
+use crate::integrators::attempts::{Unilateral, matters};
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
 use crate::model::{Facts, Model, Parting};
@@ -124,13 +124,16 @@ impl Resolving {
     /// velocities `before` to those that it `found`, `h` later.
     pub(super) fn impact_to_follow(
         &mut self,
-        parting: &Parting,
+        unilateral: &Unilateral,
         facts: &Facts,
         [before, found]: [&[f64]; 2],
         h: f64,
     ) -> Option<f64> {
+        let parting = &unilateral.parting();
         let going_on = std::mem::take(&mut self.going_on);
-        if !matters(parting) && going_on == 0.0 {
+        // What an impact has excited is followed as long as steps do not.
+        let follows = if unilateral.is_excited() { h } else { going_on };
+        if !matters(parting) && follows == 0.0 {
             return None;
         }
         if going_on == 0.0 {
@@ -145,7 +148,7 @@ impl Resolving {
         for ((tolerance, change), size) in self.tolerances.iter_mut().zip(changes).zip(sizes) {
             *tolerance = tolerance.max(single * change.max(HARDLY * largest * size));
         }
-        Some(if matters(parting) { parting.impact } else { going_on })
+        Some(if matters(parting) { parting.impact } else { follows })
     }
 
     /// What touches at the end of a resolved step parts so.

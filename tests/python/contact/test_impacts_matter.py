@@ -201,6 +201,47 @@ def test_rounding_of_coordinates_is_doubted():
         lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 1e6)
 
 
+def thrown_rod(number):
+    """A soft rod that is thrown on a floor and spins, and its start."""
+    random = np.random.default_rng(number)
+    length, radius = random.uniform(0.2, 0.5), random.uniform(0.004, 0.012)
+    segment = lissom.Segment(
+        length,
+        radius,
+        10.0 ** random.uniform(5, 6.5),
+        poisson_ratio=0.5,
+        density=1000,
+        modes={"bend_y": 3, "bend_z": 3, "torsion": 1},
+    )
+    orientation = random.normal(size=4)
+    orientation /= np.linalg.norm(orientation)
+    friction = random.uniform(0.2, 0.8)
+    rod = Link(
+        "rod", joint=Free(), rod=[segment], position=(0, 0, 1.1 * length), orientation=tuple(orientation)
+    )
+    robot = Robot([rod], contacts=[Contact("rod", FLOOR, friction=friction, dissipation=0.0)])
+    v0 = np.zeros(robot.n)
+    v0[:3], v0[3:6] = random.uniform(-1.5, 1.5, 3), random.uniform(-8, 8, 3)
+    return robot, v0
+
+
+@pytest.mark.parametrize("number", [1, 4, 8, 10])
+def test_soft_rods_that_are_thrown_do_not_run_away(number):
+    """Steps that are too long for such rods ended with 2 to 50 times the energy: also those without memory gained."""
+    robot, v0 = thrown_rod(number)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        result = lissom.simulate(robot, 0.6, dt=1e-3, v0=v0)
+    assert result.success, result.message
+    states = zip(result.q, result.v, strict=True)
+    energies = [robot.energy(q, v) for q, v in states]
+    total = np.array([energy.total for energy in energies])
+    assert total[-1] < total[0]
+    rise = (total - np.minimum.accumulate(total)).max()
+    if rise > 0.05 * max(energy.kinetic for energy in energies):
+        assert "the energy rises" in result.doubt
+
+
 def box_on_floor(*more, extent=0.1, dissipation=0.0):
     box = Link("box", joint=Free(), body=Body(1.0, inertia=(0.01,) * 3), position=(0, 0, extent))
     shape = Box((0, 0, 0), (extent,) * 3, link="box")

@@ -253,3 +253,43 @@ def test_the_balance_of_a_box_that_turns_past_pi_in_an_impact(number, friction):
         assert one.step(duration=1.0) == "finished"
     assert np.array_equal(simulation.q, other.q)
     assert_allclose(simulation.q[2], result.q[-1, 2], atol=1e-12)
+
+
+def overlapped_chain(number):
+    """Four links that lie on balls pressed into a stiff floor, and their start."""
+    random = np.random.default_rng(number)
+    length, mass, radius = random.uniform(0.1, 0.4), 10.0 ** random.uniform(-1, 1), 0.03
+    body = Body(mass, centre=(length / 2, 0, 0), inertia=tuple(mass * length**2 / np.array([100, 12, 12])))
+    first = Link("link 0", joint=Free(), body=body, position=(0, 0, radius))
+    more = [
+        Link(
+            f"link {i}",
+            parent=f"link {i - 1}",
+            joint=lissom.Revolute((0, 1, 0)),
+            body=body,
+            position=(length, 0, 0),
+        )
+        for i in range(1, 4)
+    ]
+    balls = [Ball(link.name, radius, position=(length, 0, 0)) for link in (first, *more)]
+    stiffness = mass * 10.0 ** random.uniform(6, 8)
+    contacts = [
+        Contact(ball, FLOOR, stiffness=stiffness, dissipation=0.1)
+        for ball in (*balls, Ball("link 0", radius))
+    ]
+    robot = Robot([first, *more], contacts=contacts)
+    q0 = np.zeros(robot.n)
+    q0[2] = -radius * 10.0 ** random.uniform(-2, -0.5)
+    return robot, q0
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_what_overlaps_at_the_start_parts_with_the_energy_that_it_has(number):
+    robot, q0 = overlapped_chain(number)
+    result = lissom.simulate(robot, 0.05, dt=3e-3, q0=q0, method=RESOLVED)
+    energy = np.array([robot.energy(q, v).total for q, v in zip(result.q, result.v, strict=True)])
+    assert result.success, result.message
+    assert energy.max() < energy[0] * (1 + 1e-6)
+    # Before it falls back.
+    fine = lissom.simulate(robot, 3e-3, q0=q0, method="radau", rtol=1e-8, atol=1e-10)
+    assert_allclose(energy[1], robot.energy(fine.q[-1], fine.v[-1]).total, rtol=1e-2)

@@ -104,7 +104,7 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
     openings.clear();
     openings.extend((0..work.effects.contact.touches.len()).map(|t| opening(plan, work, t)));
     work.effects.contact.stiffnesses.clear();
-    work.effects.contact.stiffnesses.resize(openings.len(), 0.0);
+    work.effects.contact.stiffnesses.resize(openings.len(), (0.0, false));
     work.effects.contact.openings = openings;
 }
 
@@ -113,12 +113,15 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
 pub(crate) fn note_stiffnesses<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, pair: Option<usize>) {
     let mut stiffnesses = std::mem::take(&mut work.effects.contact.stiffnesses);
     let ContactState { touches, openings, .. } = &work.effects.contact;
-    for (t, (touch, (stiffness, unpushed))) in
-        touches.iter().zip(stiffnesses.iter_mut().zip(openings)).enumerate()
-    {
-        if pair.is_none_or(|pair| pair == touch.pair) {
-            let pressed = touch.contact_point.overlap * touch.contact_force.stiffening();
-            *stiffness = stiffness.max((opening(plan, work, t) - unpushed) / pressed);
+    let noted = stiffnesses.iter_mut().zip(openings);
+    for (t, (touch, (stiffness, unpushed))) in touches.iter().zip(noted).enumerate() {
+        if pair.is_some_and(|pair| pair != touch.pair) {
+            continue;
+        }
+        let pressed = touch.contact_point.overlap * touch.contact_force.stiffening();
+        let found = (opening(plan, work, t) - unpushed) / pressed;
+        if found > stiffness.0 {
+            *stiffness = (found, pair.is_some());
         }
     }
     work.effects.contact.stiffnesses = stiffnesses;
@@ -130,7 +133,7 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
     if touches.iter().all(|touch| touch.pair == touches[0].pair) {
         return Vec::new();
     }
-    let fine = touches.iter().zip(stiffnesses).filter(|(_, stiffness)| h * h * **stiffness <= COARSE);
+    let fine = touches.iter().zip(stiffnesses).filter(|(_, stiffness)| h * h * stiffness.0 <= COARSE);
     let mut pairs: Vec<usize> = fine.map(|(touch, _)| touch.pair).collect();
     pairs.dedup();
     pairs
@@ -154,12 +157,14 @@ pub(crate) fn parting<G: Turning>(
     let contact = &work.effects.contact;
     let cached = contact.rates.iter().zip(contact.openings.iter().zip(&contact.stiffnesses));
     let mut found = Parting::default();
-    for (touch, (&before, (&unpushed, &stiffness))) in contact.touches.iter().zip(cached) {
+    for (touch, (&before, (&unpushed, &(stiffness, is_held)))) in contact.touches.iter().zip(cached) {
         let overlap = touch.contact_point.overlap;
         let is_coarse = h * h * stiffness > COARSE;
         let contact_force = if by_weight { pressing_weight(plan, work, touch) } else { -unpushed };
         let began = (overlap + 0.5 * since * (before + touch.contact_force.rate)).max(0.0);
-        let square = before * before + (stiffness * began - 2.0 * contact_force) * began;
+        // What is stored between others may be held by these.
+        let stored = if is_held { 0.0 } else { (stiffness * began - 2.0 * contact_force) * began };
+        let square = before * before + stored;
         if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
             continue;
         }

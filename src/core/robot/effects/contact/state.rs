@@ -61,8 +61,9 @@ pub(crate) struct ContactState<P> {
     pub(crate) rates: Vec<f64>,
     /// Accelerations with which the contact points open without contact forces.
     pub(crate) openings: Vec<f64>,
-    /// By how much more they open per overlap with contact forces: stiffness over the mass that takes part.
-    pub(crate) stiffnesses: Vec<f64>,
+    /// By how much more they open per overlap with contact forces: stiffness over the mass that takes part. Whether that is of a pair alone, which
+    /// others press.
+    pub(crate) stiffnesses: Vec<(f64, bool)>,
     /// For every contact point and side, integration weights of the piece's nodes.
     pub(crate) up_to: Vec<P>,
     /// Memory for weights of nodes, and for polynomials.
