@@ -153,7 +153,7 @@ def test_a_platform_passes_on_twice_its_speed(stiffness, dt):
 
 
 def cradle(number):
-    """A row of balls that touch, or nearly so, of which some come with one speed to the others, and its start."""
+    """A row of balls that touch, or nearly so, some of which meet the others, and its start."""
     random = np.random.default_rng(number)
     count = int(random.integers(3, 8))
     masses = 10.0 ** random.uniform(-0.5, 0.5, count) if number % 2 else np.ones(count)
@@ -186,7 +186,7 @@ def test_cradles(number):
 @pytest.mark.parametrize("frame", [0.0, 1e4, 1e6])
 @pytest.mark.parametrize("stiffness", [1e5, 1e8, 1e11])
 def test_rebounds_in_frames_that_move_fast(stiffness, frame):
-    """Equal in all frames; where the overlap of an impact is a few units in the last place of a coordinate, a doubt says so."""
+    """Tolerances go down to the last digits of coordinates, which are far larger than overlaps."""
     x, v = np.array([0.0, 2 * RADIUS + 5.15]), np.array([1.0, 0.0])
     robot = row(BallRow([1.0, 2.0], RADIUS, stiffness))
     result = lissom.simulate(robot, 5.5, dt=1e-2, q0=x, v0=v + frame)
@@ -196,9 +196,9 @@ def test_rebounds_in_frames_that_move_fast(stiffness, frame):
 
 def test_rounding_of_coordinates_is_doubted():
     x, v = np.array([0.0, 2 * RADIUS + 51.5]), np.array([1.0, 0.0])
-    robot = row(BallRow([1.0, 2.0], RADIUS, 1e12))
+    robot = row(BallRow([1.0, 2.0], RADIUS, 1e5))
     with pytest.warns(lissom.AccuracyWarning, match="rounding of coordinates"):
-        lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 1e6)
+        lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 2e8)
 
 
 def thrown_rod(number):
@@ -227,7 +227,7 @@ def thrown_rod(number):
 
 @pytest.mark.parametrize("number", [1, 4, 8, 10])
 def test_soft_rods_that_are_thrown_do_not_run_away(number):
-    """Steps that are too long for such rods ended with 2 to 50 times the energy: also those without memory gained."""
+    """Steps that are too long for them ended with 2 to 50 times the energy: without memory, too."""
     robot, v0 = thrown_rod(number)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", lissom.AccuracyWarning)
