@@ -278,31 +278,69 @@ impl<'a> FlowMeter<'a> {
         model: &mut M,
         state: State<'_>,
     ) -> Result<(), Interrupted> {
-        // Express the start of the step in the rotation vectors of its end.
-        rotation_vectors::wrap(&model.facts().rotation_vectors, &mut self.q, &mut self.v, &mut [&mut self.a]);
         let before = self.total;
-        if self.rule == Rule::Quintic {
-            // A step that was followed otherwise has its flow at once.
-            if state.t > self.t {
-                self.over_part(model, &state, [0.0, 1.0], MOST_HALVINGS)?;
-            }
-        } else {
-            let h = state.t - self.t;
-            for &(x, weight) in self.parts {
-                self.place(&state, x);
-                let powers = self.powers_at(model, self.t + x * h)?;
-                self.add(powers, h * weight);
-            }
-        }
+        self.add_step(model, &state, self.rule)?;
         match self.t_eval {
             None => self.record(self.total),
             Some(times) => self.record_up_to(model, times, &state, before)?,
         }
+        self.begin_at(state);
+        Ok(())
+    }
+
+    /// The same over a step that consists of these, each from one state to the next, along the quintic polynomials through both.
+    pub(crate) fn steps<'b, M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        steps: impl Iterator<Item = [State<'b>; 2]>,
+    ) -> Result<(), Interrupted> {
+        for [start, end] in steps {
+            self.begin_at(start);
+            let before = self.total;
+            self.add_step(model, &end, Rule::Quintic)?;
+            if let Some(times) = self.t_eval {
+                self.record_up_to(model, times, &end, before)?;
+            }
+            self.begin_at(end);
+        }
+        if self.t_eval.is_none() {
+            self.record(self.total);
+        }
+        Ok(())
+    }
+
+    /// Adds what flows in the step to this state.
+    fn add_step<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        state: &State<'_>,
+        rule: Rule,
+    ) -> Result<(), Interrupted> {
+        // Express the start of the step in the rotation vectors of its end.
+        rotation_vectors::wrap(&model.facts().rotation_vectors, &mut self.q, &mut self.v, &mut [&mut self.a]);
+        let h = state.t - self.t;
+        if h == 0.0 {
+            // A step that was followed otherwise has its flow at once.
+            [_, self.power] = self.powers(model, state.t, [state.q, state.v, state.a])?;
+        } else if rule == Rule::Quintic {
+            self.over_part(model, state, [0.0, 1.0], MOST_HALVINGS)?;
+        } else {
+            for &(x, weight) in self.parts {
+                self.place_by_mean(state, x);
+                let powers = self.powers_at(model, self.t + x * h)?;
+                self.add(powers, h * weight);
+            }
+        }
+        Ok(())
+    }
+
+    /// The next step begins here.
+    fn begin_at(&mut self, state: State<'_>) {
         self.t = state.t;
+        // As it is written now: rotation vectors may have changed.
         self.q.copy_from_slice(state.q);
         self.v.copy_from_slice(state.v);
         self.a.copy_from_slice(state.a);
-        Ok(())
     }
 
     /// Integrates over the part of a step between these fractions of it, in halves if powers oscillate within it.
@@ -380,14 +418,14 @@ impl<'a> FlowMeter<'a> {
         Ok(())
     }
 
-    /// Finds the motion at the fraction `x` of the step to this state.
-    fn place(&mut self, state: &State<'_>, x: f64) {
+    /// Finds the motion at the fraction `x` of the step to this state by the rule of means.
+    fn place_by_mean(&mut self, state: &State<'_>, x: f64) {
         let h = state.t - self.t;
         if self.is_at_ends {
             let end = if x == 0.0 { [&self.q[..], &self.v, &self.a] } else { [state.q, state.v, state.a] };
             let between = [&mut self.q_between, &mut self.v_between, &mut self.a_between];
             between.into_iter().zip(end).for_each(|(between, end)| between.copy_from_slice(end));
-        } else if self.rule == Rule::Mean {
+        } else {
             let places = self.q.iter().zip(state.q);
             let rates = self.v.iter().zip(state.v);
             for ((q, v), (places, rates)) in
@@ -399,13 +437,16 @@ impl<'a> FlowMeter<'a> {
             for (a, ends) in self.a_between.iter_mut().zip(self.a.iter().zip(state.a)) {
                 *a = mean(ends);
             }
-        } else {
-            let quintic = Quintic::at(x, h);
-            for i in 0..self.q.len() {
-                let start = [self.q[i], self.v[i], self.a[i]];
-                let [q, v, a] = quintic.motion(start, [state.q[i], state.v[i], state.a[i]]);
-                (self.q_between[i], self.v_between[i], self.a_between[i]) = (q, v, a);
-            }
+        }
+    }
+
+    /// The same on the quintic polynomial through both ends of the step.
+    fn place(&mut self, state: &State<'_>, x: f64) {
+        let quintic = Quintic::at(x, state.t - self.t);
+        for i in 0..self.q.len() {
+            let start = [self.q[i], self.v[i], self.a[i]];
+            let [q, v, a] = quintic.motion(start, [state.q[i], state.v[i], state.a[i]]);
+            (self.q_between[i], self.v_between[i], self.a_between[i]) = (q, v, a);
         }
     }
 
@@ -422,19 +463,10 @@ impl<'a> FlowMeter<'a> {
         self.uncertain += time * (power - std::mem::replace(&mut self.power, power)).abs();
     }
 
-    /// Energy dissipated and work so far.
-    pub(crate) fn total(&self) -> [f64; 2] {
-        self.total
-    }
-
     /// Takes note of a jump, of inputs or by an impact, or of a step that was followed otherwise: accelerations have jumped, and
     /// energies by what was dissipated and by this work.
     pub(crate) fn jump(&mut self, state: State<'_>, [dissipated, work]: [f64; 2]) {
-        self.t = state.t;
-        // As it is written now: rotation vectors may have changed.
-        self.q.copy_from_slice(state.q);
-        self.v.copy_from_slice(state.v);
-        self.a.copy_from_slice(state.a);
+        self.begin_at(state);
         self.total[0] += dissipated;
         self.total[1] += work;
     }

@@ -60,7 +60,9 @@ impl Parting {
 pub enum Beside {
     /// The kinetic energy.
     Motion,
-    /// Kinetic and elastic energy: a gain of half of this is an explosion.
+    /// Kinetic and elastic energy, of a step whose errors are losses unless it is too long for what moves.
+    Whole,
+    /// The same where no shorter step can be made: a gain of half of this is an explosion.
     All,
 }
 

@@ -4,7 +4,8 @@ use super::impacts::{Impacts, Remedy};
 use crate::error::{Interrupted, Number};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Beside, Facts, Flaw, Holding, Model, Parting, Pressed, Radius, have_missed, have_tunnelled, may_miss,
+    Beside, Facts, Flaw, ForwardScratch, Holding, Model, Parting, Pressed, Radius, have_missed,
+    have_tunnelled, may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -16,6 +17,9 @@ const STEPS_AFTER_STOP: usize = 2;
 /// A step excites unresolved vibrations if the kinetic energy of `h` times its change of the accelerations exceeds this part of the
 /// largest kinetic energy.
 const EXCITED: f64 = 1e-3;
+
+/// Those are whose energy changes by more than that part of the kinetic one, too.
+const CHANGED: f64 = 2e-3;
 
 /// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
 /// what a step without memory does.
@@ -110,8 +114,10 @@ pub(crate) struct Unilateral {
     resolves: bool,
     size: f64,
     parting: Parting,
-    /// Whether the last step was made once more by a method that resolves its impacts.
+    /// Whether the last step was made once more by a method that resolves its impacts, and whether the one after it excites what it does not
+    /// resolve.
     pub(super) resumes: bool,
+    is_excited: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
     /// Steps without inertia in which the shape has snapped to another one, and the end of the first of them.
@@ -170,8 +176,11 @@ impl Unilateral {
         {
             return Ok(Diagnosis::Crossed);
         }
-        let may_explode = matches!(kind, Kind::WithoutMemory | Kind::Last);
-        let explodes = may_explode && self.gains_energy(model, ends, Beside::All)?;
+        let explodes = match kind {
+            Kind::WithoutMemory => self.gains_energy(model, ends, Beside::Whole)?,
+            Kind::Last => self.gains_energy(model, ends, Beside::All)?,
+            Kind::Adaptive { .. } | Kind::WithMemory | Kind::WithoutInertia => false,
+        };
         Ok(if explodes { Diagnosis::Explodes } else { Diagnosis::Sound })
     }
 
@@ -235,8 +244,8 @@ impl Unilateral {
     }
 
     /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
-    /// velocities can bear.
-    pub(super) fn is_excited<M: Model + ?Sized>(
+    /// velocities can bear, and what it has changes where nothing takes or gives any. It is made once more, too.
+    pub(super) fn excites<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
@@ -246,7 +255,26 @@ impl Unilateral {
         self.place.clear();
         self.place.extend(ends.q[1].iter().zip(before.iter().zip(after)).map(|(_, (a0, a1))| h * (a1 - a0)));
         let [of_change, kinetic] = [&self.place[..], ends.v[1]].map(|v| model.energy(ends.q[1], v).kinetic);
-        Ok(of_change > EXCITED * kinetic.max(self.impacts.largest_kinetic()))
+        if of_change <= EXCITED * kinetic.max(self.impacts.largest_kinetic()) {
+            return Ok(false);
+        }
+        let Facts { is_driven, is_carried, varies_in_time, .. } = *model.facts();
+        self.is_excited = is_carried || varies_in_time || {
+            let mut change = 0.0;
+            for (end, sign) in [(0, -1.0), (1, 1.0)] {
+                let [q, v, a] = [ends.q[end], ends.v[end], &ends.a[end][..ends.q[end].len()]];
+                let supplied = if is_driven { model.supplied_power(q, v, a) } else { 0.0 };
+                change +=
+                    sign * model.energy(q, v).total() + 0.5 * h * (model.dissipated_power(q, v) - supplied);
+            }
+            change.abs() > CHANGED * kinetic
+        };
+        Ok(self.is_excited)
+    }
+
+    /// Whether the last step of fixed size follows on impacts that were resolved, and excites what it does not resolve.
+    pub(crate) fn is_excited(&self) -> bool {
+        self.is_excited
     }
 
     /// Records the energy lost in an accepted step at one of whose ends surfaces touch.
@@ -298,24 +326,63 @@ impl Unilateral {
         self.resolves = resolves;
     }
 
+    /// The motion starts in this shape, in which surfaces may overlap.
+    pub(crate) fn start<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        t: f64,
+        q: &[f64],
+    ) -> Result<(), Interrupted> {
+        model.set_time(t)?;
+        self.touches = model.overlaps(q);
+        Ok(())
+    }
+
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
-        (self.size, self.parting) = (h, Parting::default());
+        (self.size, self.parting, self.is_excited) = (h, Parting::default(), false);
     }
 
-    /// Takes note of how what meets in a step, or in a part of one, would part again.
+    /// Takes note of how what meets in a step, or in a part of one, would part again, or what only its start presses.
     pub(super) fn follow_parting<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
     ) -> Result<(), Interrupted> {
-        if self.resolves && self.will_touch {
-            let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
-            let parting = model.parting(ends.v[0], [ends.q[1], ends.v[1], a], ends.h, self.size);
-            self.parting = self.parting.and(parting);
+        if !self.resolves {
+            return Ok(());
         }
+        let parting = if self.will_touch || self.touches {
+            let (end, since) = if self.will_touch { (1, ends.h) } else { (0, 0.0) };
+            let a = set_motion(model, ends.t[end], ends.q[end], ends.a[end])?;
+            model.parting(ends.v[0], [ends.q[end], ends.v[end], a], since, self.size)
+        } else if self.has_touched {
+            self.parting_unpushed(model, ends)?
+        } else {
+            return Ok(());
+        };
+        self.parting = self.parting.and(parting);
         Ok(())
+    }
+
+    /// How surfaces would part again that meet in a step and are apart at its end, by what they would overlap without their forces. Allocates.
+    fn parting_unpushed<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        ends: &Ends<'_>,
+    ) -> Result<Parting, Interrupted> {
+        let [q, v] = ends.before();
+        self.place.clear();
+        self.place.extend(q.iter().zip(v).map(|(q, v)| q + ends.h * v));
+        model.set_time(ends.t[1])?;
+        let (mut a, mut scratch) = (vec![0.0; q.len()], ForwardScratch::of(model));
+        if !model.overlaps(&self.place)
+            || model.forward_dynamics(&self.place, v, &mut a, &mut scratch).is_err()
+        {
+            return Ok(Parting::default());
+        }
+        Ok(model.parting(v, [&self.place, v, &a], ends.h, self.size))
     }
 
     /// How what has met in the last step of fixed size would part again.

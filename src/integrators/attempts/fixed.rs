@@ -4,7 +4,7 @@ use super::diagnosis::{Diagnosis, Kind};
 use super::{Ends, Stepper, Unilateral};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
-use crate::model::{InContact, InImpact};
+use crate::model::InImpact;
 
 /// Maximum number of halvings of a step with contact or constraints that fails.
 const MOST_HALVINGS: usize = 8;
@@ -83,7 +83,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         if (self.unilateral().unsettled == 0 || resumes)
             && self.try_step(t_new, h, Memory::Kept)?.is_ok()
             && self.diagnose(Memory::Kept)? == Diagnosis::Sound
-            && !(resumes && self.is_excited()?)
+            && !(resumes && self.excites()?)
         {
             let (ends, unilateral) = self.stepper.tried();
             unilateral.unsettled = 0;
@@ -153,9 +153,9 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         Ok(solved)
     }
 
-    fn is_excited(&mut self) -> Result<bool, Interrupted> {
+    fn excites(&mut self) -> Result<bool, Interrupted> {
         let (ends, unilateral) = self.stepper.tried();
-        unilateral.is_excited(model_of(self.system), &ends)
+        unilateral.excites(model_of(self.system), &ends)
     }
 
     fn diagnose(&mut self, memory: Memory) -> Result<Diagnosis, Interrupted> {
@@ -197,7 +197,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             false => unilateral.unsettled.saturating_sub(1),
         };
         unilateral.follow_parting(model, &ends)?;
-        if model.is_touched() {
+        if unilateral.will_touch {
             let Ends { t: [_, t], h, .. } = ends;
             if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
                 && unilateral.counts()

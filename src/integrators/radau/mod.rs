@@ -31,3 +31,4 @@ pub use solution::solve;
 pub use stepper::Stepper;
 
 pub(crate) use solution::check_memory;
+pub(crate) use stepper::interpolate;

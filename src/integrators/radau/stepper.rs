@@ -98,8 +98,9 @@ impl Stepper {
         })
     }
 
-    /// Iterations go as far as this relative tolerance asks for, where tolerances are absolute ones. Before the first step.
+    /// Tolerances are absolute ones, and iterations go as far as this relative one asks for. Before the first step.
     pub(crate) fn set_accuracy(&mut self, rtol: f64) {
+        self.tolerances.rtol.fill(0.0);
         self.smallest_rtol = rtol;
         self.stages = Stages::new(self.q.len(), 0, rtol);
     }
@@ -318,20 +319,12 @@ impl Stepper {
     /// accelerations at both ends, and its derivatives, of orders 5, 4 and 3. At the ends of the step, the
     /// result is bit for bit the state there.
     pub fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]) {
-        let ends =
-            [(self.t_old, [&self.q_old, &self.v_old, &self.a_old]), (self.t, [&self.q, &self.v, &self.a])];
-        if let Some((_, state)) = ends.iter().find(|(end, _)| *end == t) {
-            for (out, values) in [q, v, a].into_iter().zip(state) {
-                out.copy_from_slice(&values[..out.len()]);
-            }
-            return;
-        }
-        let h = self.t - self.t_old;
-        let quintic = Quintic::at((t - self.t_old) / h, h);
-        for i in 0..q.len() {
-            let start = [self.q_old[i], self.v_old[i], self.a_old[i]];
-            [q[i], v[i], a[i]] = quintic.motion(start, [self.q[i], self.v[i], self.a[i]]);
-        }
+        interpolate(self.ends(), t, [q, v, a]);
+    }
+
+    /// Times and motions at both ends of the last step; multipliers stand behind accelerations.
+    pub(crate) fn ends(&self) -> [(f64, [&[f64]; 3]); 2] {
+        [(self.t_old, [&self.q_old, &self.v_old, &self.a_old]), (self.t, [&self.q, &self.v, &self.a])]
     }
 
     /// Describes a status of this integration, with advice unless it is a success.
@@ -435,6 +428,22 @@ impl Adaptive for Stepper {
 }
 
 steps!(Stepper);
+
+/// State at a time within a step between these [ends](Stepper::ends).
+pub(crate) fn interpolate(ends: [(f64, [&[f64]; 3]); 2], t: f64, [q, v, a]: [&mut [f64]; 3]) {
+    if let Some((_, state)) = ends.iter().find(|(end, _)| *end == t) {
+        for (out, values) in [q, v, a].into_iter().zip(state) {
+            out.copy_from_slice(&values[..out.len()]);
+        }
+        return;
+    }
+    let [(t_old, [q_old, v_old, a_old]), (t_new, [q_new, v_new, a_new])] = ends;
+    let h = t_new - t_old;
+    let quintic = Quintic::at((t - t_old) / h, h);
+    for i in 0..q.len() {
+        [q[i], v[i], a[i]] = quintic.motion([q_old[i], v_old[i], a_old[i]], [q_new[i], v_new[i], a_new[i]]);
+    }
+}
 
 /// `scale <- atol + rtol max(|start|, |end|)` of displacements and velocities.
 fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end: [&[f64]; 2]) {

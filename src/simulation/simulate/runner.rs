@@ -151,16 +151,15 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 let is_followed = !is_last && status.is_some_and(Status::is_success);
                 let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
                 let Self { run, meter, watch, outgrown, stop, .. } = self;
-                run.observe(|model, state| {
+                if let Some(meter) = meter {
+                    run.measure(meter)?;
+                }
+                *stop = run.observe(|model, state| {
                     if let Some(outgrown) = outgrown {
                         outgrown.step(model, state);
                     }
-                    if let Some(meter) = meter {
-                        meter.step(model, state)?;
-                    }
-                    *stop = watch.look(model, state, steps);
-                    Ok(())
-                })?;
+                    watch.look(model, state, steps)
+                });
                 run.look(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
                 self.look_at_contacts()?;
                 if !is_finite {

@@ -209,7 +209,7 @@ impl EnergyWatch {
         let mut watch = self.clone();
         watch.look(model, end).ok()?;
         let lost = watch.start - watch.last.last()?;
-        let least = (LOSS_IN_CONTACT * watch.largest.kinetic).max(ROUNDING * watch.largest.gravitational);
+        let least = (LOSS_IN_CONTACT * watch.largest.kinetic).max(watch.rounding());
         (self.keeps_in_contact && lost > least).then(|| {
             format!(
                 "The energy has fallen by {:.0} % of the largest kinetic energy, though nothing dissipates any: steps of {} s do not resolve \
@@ -220,11 +220,16 @@ impl EnergyWatch {
         })
     }
 
+    /// Changes of the energy that rounding explains.
+    fn rounding(&self) -> f64 {
+        let Self { largest, of_all, .. } = self;
+        ROUNDING * (largest.gravitational + largest.loads + of_all)
+    }
+
     fn found<M: Model>(self, model: &mut M, end: State<'_>) -> Option<String> {
-        let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, of_all, .. } =
-            self;
-        let of_weight = ROUNDING * (largest.gravitational + largest.loads + of_all);
-        let hidden = (AT_REST * largest.elastic).max(of_weight);
+        let rounding = self.rounding();
+        let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
+        let hidden = (AT_REST * largest.elastic).max(rounding);
         let exceeds = |change: f64, part: f64| change > (part * largest.kinetic).max(hidden);
         let share = |change: f64| match change < FAR_MORE * largest.kinetic {
             true => format!("{:.1} % of the largest kinetic energy", 100.0 * change / largest.kinetic),

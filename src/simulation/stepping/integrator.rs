@@ -118,34 +118,29 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Makes a step of fixed size that has stopped an impact, or follows one by few steps, once more, by a method that resolves it. Returns
-    /// the energy that is dissipated then, and the work; `None` where the step stays as it is.
-    pub(super) fn resolve_impact(
-        &mut self,
-        resolving: &mut Resolving,
-    ) -> Result<Option<[f64; 2]>, Interrupted> {
-        let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
-        let parting = stepper.unilateral().parting();
+    /// Makes a step of fixed size that has stopped an impact, or follows one by few steps, once more, by a method that resolves it.
+    pub(super) fn resolve_impact(&mut self, resolving: &mut Resolving) -> Result<(), Interrupted> {
+        let Self::Newmark { model, stepper, .. } = self else { return Ok(()) };
         let (t_span, [q, v]) = ((stepper.t_old(), stepper.t()), stepper.before());
         let (changes, h) = ([v, stepper.v()], t_span.1 - t_span.0);
-        let Some(impact) = resolving.impact_to_follow(&parting, model.facts(), changes, h) else {
-            return Ok(None);
+        let Some(impact) = resolving.impact_to_follow(stepper.unilateral(), model.facts(), changes, h) else {
+            return Ok(());
         };
         let allowed = resolving.allowed(model.facts(), &stepper.counters());
         if allowed == 0 {
-            return Ok(None);
+            return Ok(());
         }
         let step = Step { t_span, before: [q, v], impact };
         let (resolved, work) = resolving.resolve(model, &step, allowed)?;
         stepper.add_work(&work);
-        let Some(Resolved { motion: [q, v, a], flow, touches }) = resolved else { return Ok(None) };
+        let Some(Resolved { motion: [q, v, a], touches }) = resolved else { return Ok(()) };
         stepper.end_instead([&q, &v, &a], touches);
         if touches {
             model.set_time(t_span.1)?;
             // Until surfaces let go.
             resolving.go_on(&model.parting(&v, [&q, &v, &a[..q.len()]], 0.0, t_span.1 - t_span.0));
         }
-        Ok(Some(flow))
+        Ok(())
     }
 
     /// The multipliers with which the last step was solved, if steps are of fixed size: they act over the whole step.

@@ -25,6 +25,7 @@ mod following;
 mod growth;
 mod integrator;
 mod method;
+mod resolved;
 mod resolving;
 mod run;
 mod start;

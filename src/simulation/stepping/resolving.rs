@@ -4,13 +4,15 @@
 //! rods the mass at the place of an impact is that of the discretisation, and waves make the rebound. So the law stays as it is, and
 //! only the steps in which something rebounds take shorter ones, by Radau's method with an error estimate.
 
+use std::f64::consts::PI;
+
+use super::resolved::Within;
 use crate::error::Interrupted;
-use crate::integrators::attempts::matters;
+use crate::integrators::attempts::{Unilateral, matters};
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
 use crate::model::{Facts, Model, Parting};
 use crate::numerics::tape::Tape;
-use crate::simulation::balance::{FlowMeter, Rule, State};
 
 /// Tolerance of the steps within, relative to what the step changes velocities by: balls rebound with 1.0000 of their energy, and none is
 /// gained but 2e-4. So is that of displacements, relative to these changes times the step.
@@ -28,8 +30,14 @@ const AT_TOUCH: f64 = 1e-3;
 /// Maximum number of halvings until then.
 const MOST_HALVINGS: usize = 40;
 
-/// Numbers of this size relative to places and velocities are rounding, also of those that move along.
+/// Changes of coordinates by this part of their typical sizes are rounding.
 const ROUNDING: f64 = 1e-12;
+
+/// So are changes of a coordinate by this part of it, also of what moves along: two units in the last place.
+const LAST_DIGITS: f64 = 2.0 * f64::EPSILON;
+
+/// Rounding of more than this part of what coordinates move by in an impact causes a doubt: the rebound is off by about as much.
+const FEW_DIGITS: f64 = 1e-2;
 
 /// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
 /// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
@@ -54,6 +62,10 @@ pub(super) struct Resolving {
     going_on: f64,
     /// Tolerances of velocities in the last step that was resolved.
     tolerances: Vec<f64>,
+    /// The motion within the last step, if that was resolved.
+    within: Within,
+    /// The largest part of an impact that is rounding, and when that was.
+    rounding: (f64, f64),
 }
 
 /// A step to be made once more: its times, the displacements and velocities that it began with, and how long the shortest impact in it
@@ -68,14 +80,17 @@ pub(super) struct Step<'a> {
 pub(super) struct Resolved {
     /// Displacements, velocities, and accelerations with multipliers behind them.
     pub(super) motion: [Vec<f64>; 3],
-    /// Energy dissipated in it, and work.
-    pub(super) flow: [f64; 2],
     /// Whether surfaces touch at its end.
     pub(super) touches: bool,
 }
 
 /// Work of a tangent, in evaluations.
 const TANGENT: usize = 5;
+
+/// The same of single coordinates: norms of errors are means of all, of which few may take part.
+fn single_tolerance(n: usize) -> f64 {
+    TOLERANCE / (n as f64).sqrt()
+}
 
 fn work_of(counters: &Counters) -> usize {
     counters.nfev + TANGENT * counters.njev
@@ -84,20 +99,41 @@ fn work_of(counters: &Counters) -> usize {
 impl Resolving {
     /// Of a run of `n` coordinates that has resolved nothing yet.
     pub(super) fn new(n: usize) -> Self {
-        Self { used: 0, in_vain: 0, is_exhausted: false, going_on: 0.0, tolerances: vec![0.0; n] }
+        Self {
+            used: 0,
+            in_vain: 0,
+            is_exhausted: false,
+            going_on: 0.0,
+            tolerances: vec![0.0; n],
+            within: Within::new(n),
+            rounding: (0.0, 0.0),
+        }
+    }
+
+    /// Another step begins.
+    pub(super) fn begin_step(&mut self) {
+        self.within.clear();
+    }
+
+    /// The motion within the last step, if that was resolved.
+    pub(super) fn within(&self) -> Option<&Within> {
+        Some(&self.within).filter(|within| !within.is_empty())
     }
 
     /// How long impacts take, in seconds, for which the last step is made once more; nothing where none matter. The step has led from the
     /// velocities `before` to those that it `found`, `h` later.
     pub(super) fn impact_to_follow(
         &mut self,
-        parting: &Parting,
+        unilateral: &Unilateral,
         facts: &Facts,
         [before, found]: [&[f64]; 2],
         h: f64,
     ) -> Option<f64> {
+        let parting = &unilateral.parting();
         let going_on = std::mem::take(&mut self.going_on);
-        if !matters(parting) && going_on == 0.0 {
+        // What an impact has excited is followed as long as steps do not.
+        let follows = if unilateral.is_excited() { h } else { going_on };
+        if !matters(parting) && follows == 0.0 {
             return None;
         }
         if going_on == 0.0 {
@@ -108,12 +144,11 @@ impl Resolving {
         let changes = before.iter().zip(found).map(|(before, found)| (found - before).abs());
         let largest = changes.clone().zip(sizes).map(|(change, size)| change / size);
         let largest = largest.fold((parting.speed / facts.length).max(ROUNDING / h), f64::max);
-        // Norms of errors are means of all coordinates, of which few may take part.
-        let single = TOLERANCE / (sizes.len() as f64).sqrt();
+        let single = single_tolerance(sizes.len());
         for ((tolerance, change), size) in self.tolerances.iter_mut().zip(changes).zip(sizes) {
             *tolerance = tolerance.max(single * change.max(HARDLY * largest * size));
         }
-        Some(if matters(parting) { parting.impact } else { going_on })
+        Some(if matters(parting) { parting.impact } else { follows })
     }
 
     /// What touches at the end of a resolved step parts so.
@@ -146,15 +181,12 @@ impl Resolving {
         allowed: usize,
     ) -> Result<(Option<Resolved>, Counters), Interrupted> {
         let (n, h) = (q.len(), t_span.1 - t_span.0);
-        let of_places = self.tolerances.iter().map(|tolerance| h * tolerance);
-        let atol: Vec<f64> = of_places.chain(self.tolerances.iter().copied()).collect();
         let options =
-            radau::Options { rtol: ROUNDING.into(), atol: atol.into(), ..radau::Options::default() };
+            radau::Options { atol: self.atol([q, v], impact, h).into(), ..radau::Options::default() };
         let Ok(mut stepper) = radau::Stepper::new(n, t_span, q, v, &options) else {
             return Ok((None, Counters::default()));
         };
         stepper.set_accuracy(TOLERANCE);
-        let mut meter = FlowMeter::new(model, Rule::Quintic, t_span.0, [q, v], Some(&[]));
         let mut way = Way {
             t_end: t_span.1,
             impact,
@@ -170,10 +202,7 @@ impl Resolving {
             if way.has_let_go(model, &mut stepper)? {
                 status = stepper.step(model)?;
             }
-            let state = State { t: stepper.t(), q: stepper.q(), v: stepper.v(), a: stepper.a() };
-            if let Some(meter) = &mut meter {
-                meter.step(model, state)?;
-            }
+            self.within.add(&stepper);
             if status.is_some() || work_of(&stepper.counters()) > allowed {
                 break status;
             }
@@ -183,12 +212,57 @@ impl Resolving {
         model.set_time(t_span.1)?;
         if status != Some(Status::Finished) {
             (self.in_vain, self.is_exhausted) = (work_of(&work), true);
+            self.within.clear();
             return Ok((None, work));
         }
+        self.follow_rounding(stepper.q(), &model.facts().typical_coordinates, impact, t_span.1);
         let touches = model.overlaps(stepper.q());
         let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);
-        let flow = meter.map_or([0.0; 2], |meter| meter.total());
-        Ok((Some(Resolved { motion, flow, touches }), work))
+        Ok((Some(Resolved { motion, touches }), work))
+    }
+
+    /// Absolute tolerances of places and velocities in a step of this size from such a state, the rounding of places and what an impact makes of it
+    /// included.
+    fn atol(&self, [q, v]: [&[f64]; 2], impact: f64, h: f64) -> Vec<f64> {
+        let rounding = || q.iter().zip(v).map(|(q, v)| LAST_DIGITS * q.abs().max(h * v.abs()));
+        let of_places =
+            self.tolerances.iter().zip(rounding()).map(|(of_rate, rounding)| h * of_rate + rounding);
+        let of_rates = self.tolerances.iter().zip(rounding()).zip(v);
+        let of_rates =
+            of_rates.map(|((of_rate, rounding), v)| of_rate + PI / impact * rounding + LAST_DIGITS * v.abs());
+        of_places.chain(of_rates).collect()
+    }
+
+    /// Takes note of how much of what an impact moves is rounding, in a step from there to `t`: the coordinate whose velocity changes most tells.
+    fn follow_rounding(&mut self, q: &[f64], sizes: &[f64], impact: f64, t: f64) {
+        let changes = self.tolerances.iter().map(|tolerance| tolerance / single_tolerance(q.len()));
+        let most = q.iter().zip(changes).zip(sizes).max_by(|((_, one), of_one), ((_, other), of_other)| {
+            (one / *of_one).total_cmp(&(other / *of_other))
+        });
+        let Some(((q, change), _)) = most else { return };
+        let part = LAST_DIGITS * q.abs() * PI / (impact * change);
+        if part > self.rounding.0 {
+            self.rounding = (part, t);
+        }
+    }
+
+    /// Why rebounds may be wrong although they were resolved.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let (part, t) = self.rounding;
+        (part > FEW_DIGITS).then(|| {
+            format!(
+                "At t = {t:.3} s the rounding of coordinates is {:.0e} of what surfaces move by in an impact, and the rebound is off by as much. Begin \
+                 nearer to the origin, in a frame that moves along, or take a lower `stiffness`.",
+                part
+            )
+        })
+    }
+
+    /// What goes on from step to step, beside the rest.
+    pub(super) fn serialise_rounding(&mut self, tape: &mut Tape<'_>) {
+        let (part, t) = &mut self.rounding;
+        tape.number(part);
+        tape.number(t);
     }
 
     /// What goes on from step to step.

@@ -81,8 +81,8 @@ def test_balls_of_a_thousandfold_mass_rest_on_each_other(ratio):
     assert found.success, found.message
     assert_allclose(found.q, -sunk, rtol=1e-9)
     # Released a millimetre higher, with the default step: the energy never increases, and the rest state is
-    # the same.
-    motion = lissom.simulate(robot, 3.0, q0=[1e-3, 2e-3])
+    # the same. After 3 s the exact motion still swings by 1.2e-3 of the rest (Radau's method, `rtol=1e-9`).
+    motion = lissom.simulate(robot, 6.0, q0=[1e-3, 2e-3])
     assert motion.success, motion.message
     energy = np.array([robot.energy(q, v).total for q, v in zip(motion.q, motion.v, strict=True)])
     assert energy.max() < energy[0] + 1e-9 * np.ptp(energy)

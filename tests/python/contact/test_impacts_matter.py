@@ -152,6 +152,96 @@ def test_a_platform_passes_on_twice_its_speed(stiffness, dt):
     assert_allclose(result.v[-1], 2 * speed, rtol=1e-3 if is_coarse else 1e-2)
 
 
+def cradle(number):
+    """A row of balls that touch, or nearly so, some of which meet the others, and its start."""
+    random = np.random.default_rng(number)
+    count = int(random.integers(3, 8))
+    masses = 10.0 ** random.uniform(-0.5, 0.5, count) if number % 2 else np.ones(count)
+    masses *= 10.0 ** random.uniform(-3, 3)
+    dt = 10.0 ** random.uniform(-3, -2)
+    # Impacts of the lightest pair take 0.3 to 15 steps.
+    stiffness = masses.min() / 2 * (np.pi / (10.0 ** random.uniform(-0.5, 1.2) * dt)) ** 2
+    balls = BallRow(masses, RADIUS, stiffness, random.choice([0.0, 0.0, 0.1, 0.5]))
+    coming = int(random.integers(1, count))
+    v = np.zeros(count)
+    v[:coming] = random.uniform(0.2, 1.0)
+    x = np.arange(count) * (2 * RADIUS + random.choice([0.0, 1e-9, 1e-4]))
+    x[:coming] -= random.uniform(0, 0.02)
+    return balls, x, v, dt, random.choice([0.0, 0.0, 100.0])
+
+
+# The last ones had lost 2 to 13 % of their energy.
+@pytest.mark.parametrize("number", [*range(12), 14, 39, 41, 49, 78, 95, 162, 168, 222, 226, 235])
+def test_cradles(number):
+    """A pair between others is as stiff as alone, however hard these press it."""
+    balls, x, v, dt, frame = cradle(number)
+    result = lissom.simulate(row(balls), 60 * dt, dt=dt, q0=x, v0=v + frame)
+    x_expected, expected = balls.follow(x, v, 60 * dt)
+    found = result.v[-1] - frame
+    scale = balls.energy(x, v)
+    assert abs(balls.energy(result.q[-1], found) - balls.energy(x_expected, expected)) < 2e-2 * scale
+    assert 0.5 * balls.masses @ (found - expected) ** 2 < 1e-2 * scale
+
+
+@pytest.mark.parametrize("frame", [0.0, 1e4, 1e6])
+@pytest.mark.parametrize("stiffness", [1e5, 1e8, 1e11])
+def test_rebounds_in_frames_that_move_fast(stiffness, frame):
+    """Tolerances go down to the last digits of coordinates, which are far larger than overlaps."""
+    x, v = np.array([0.0, 2 * RADIUS + 5.15]), np.array([1.0, 0.0])
+    robot = row(BallRow([1.0, 2.0], RADIUS, stiffness))
+    result = lissom.simulate(robot, 5.5, dt=1e-2, q0=x, v0=v + frame)
+    assert_allclose(result.v[-1] - frame, [-1 / 3, 2 / 3], atol=2e-3)
+    assert result.doubt is None
+
+
+def test_rounding_of_coordinates_is_doubted():
+    x, v = np.array([0.0, 2 * RADIUS + 51.5]), np.array([1.0, 0.0])
+    robot = row(BallRow([1.0, 2.0], RADIUS, 1e5))
+    with pytest.warns(lissom.AccuracyWarning, match="rounding of coordinates"):
+        lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 2e8)
+
+
+def thrown_rod(number):
+    """A soft rod that is thrown on a floor and spins, and its start."""
+    random = np.random.default_rng(number)
+    length, radius = random.uniform(0.2, 0.5), random.uniform(0.004, 0.012)
+    segment = lissom.Segment(
+        length,
+        radius,
+        10.0 ** random.uniform(5, 6.5),
+        poisson_ratio=0.5,
+        density=1000,
+        modes={"bend_y": 3, "bend_z": 3, "torsion": 1},
+    )
+    orientation = random.normal(size=4)
+    orientation /= np.linalg.norm(orientation)
+    friction = random.uniform(0.2, 0.8)
+    rod = Link(
+        "rod", joint=Free(), rod=[segment], position=(0, 0, 1.1 * length), orientation=tuple(orientation)
+    )
+    robot = Robot([rod], contacts=[Contact("rod", FLOOR, friction=friction, dissipation=0.0)])
+    v0 = np.zeros(robot.n)
+    v0[:3], v0[3:6] = random.uniform(-1.5, 1.5, 3), random.uniform(-8, 8, 3)
+    return robot, v0
+
+
+@pytest.mark.parametrize("number", [1, 4, 8, 10])
+def test_soft_rods_that_are_thrown_do_not_run_away(number):
+    """Steps that are too long for them ended with 2 to 50 times the energy: without memory, too."""
+    robot, v0 = thrown_rod(number)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        result = lissom.simulate(robot, 0.6, dt=1e-3, v0=v0)
+    assert result.success, result.message
+    states = zip(result.q, result.v, strict=True)
+    energies = [robot.energy(q, v) for q, v in states]
+    total = np.array([energy.total for energy in energies])
+    assert total[-1] < total[0]
+    rise = (total - np.minimum.accumulate(total)).max()
+    if rise > 0.05 * max(energy.kinetic for energy in energies):
+        assert "the energy rises" in result.doubt
+
+
 def box_on_floor(*more, extent=0.1, dissipation=0.0):
     box = Link("box", joint=Free(), body=Body(1.0, inertia=(0.01,) * 3), position=(0, 0, extent))
     shape = Box((0, 0, 0), (extent,) * 3, link="box")

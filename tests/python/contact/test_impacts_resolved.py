@@ -200,3 +200,96 @@ def test_tendons_that_do_not_stretch_go_by_steps_that_stop():
     with pytest.warns(lissom.AccuracyWarning):
         stopped = lissom.simulate(tied, 0.5, dt=1e-2, q0=[0.6], method=STOPPED)
     assert np.array_equal(found.q, stopped.q)
+
+
+@pytest.mark.parametrize(("stiffness", "dissipation"), [(1e5, 0.0), (1e6, 0.1), (1e4, 0.3)])
+def test_states_between_the_ends_of_steps(stiffness, dissipation):
+    """They are those of the method that resolves the impact, and so is what is dissipated until then."""
+    robot = ball(stiffness, dissipation)
+    times = np.linspace(0, 1.0, 1001)
+    result = lissom.simulate(robot, 1.0, dt=1e-2, q0=[1.1], method=RESOLVED, t_eval=times)
+    fine = lissom.simulate(robot, 1.0, q0=[1.1], method="radau", rtol=1e-10, atol=1e-12, t_eval=times)
+    assert fine.v.max() > 1.0
+    assert_allclose(result.q, fine.q, atol=1e-4)
+    assert_allclose(result.v, fine.v, atol=3e-3)
+    assert_allclose(result.balance.dissipated, fine.balance.dissipated, atol=2e-3 * G)
+    assert result.balance.drift < 2e-4
+
+
+def tumbling_box(number, friction):
+    """A box that is thrown on a floor while it spins, and its start."""
+    random = np.random.default_rng(number)
+    half, mass = random.uniform(0.03, 0.1, 3), 10.0 ** random.uniform(-1, 1)
+    inertia = mass / 3 * (half @ half - half**2)
+    box = Link(
+        "box",
+        joint=Free(),
+        body=Body(mass, inertia=tuple(inertia)),
+        position=(0, 0, random.uniform(0.3, 0.6)),
+    )
+    contact = Contact(
+        lissom.Box((0, 0, 0), tuple(half), link="box"),
+        FLOOR,
+        stiffness=mass * 10.0 ** random.uniform(4, 7),
+        friction=friction,
+        dissipation=[0.0, 0.1, 0.5][number % 3],
+    )
+    v0 = np.concatenate([random.uniform(-1, 1, 3), random.uniform(-15, 15, 3)])
+    return Robot([box], contacts=[contact]), v0
+
+
+@pytest.mark.parametrize(("number", "friction"), [(20, 0), (28, 0), (31, 0), (2, 0.5), (23, 0.5), (37, 0.5)])
+def test_the_balance_of_a_box_that_turns_past_pi_in_an_impact(number, friction):
+    robot, v0 = tumbling_box(number, friction)
+    for times in (None, np.linspace(0, 1.5, 997)):
+        result = lissom.simulate(robot, 1.5, dt=5e-3, v0=v0, method=RESOLVED, t_eval=times)
+        assert np.isfinite(result.balance.dissipated).all()
+        assert result.balance.drift < 2e-2
+    # Also step by step, from a copy of the middle of a flight.
+    simulation = lissom.Simulation(robot, dt=5e-3, v0=v0, method=RESOLVED)
+    simulation.step(duration=0.5)
+    other = copy.copy(simulation)
+    for one in (simulation, other):
+        assert one.step(duration=1.0) == "finished"
+    assert np.array_equal(simulation.q, other.q)
+    assert_allclose(simulation.q[2], result.q[-1, 2], atol=1e-12)
+
+
+def overlapped_chain(number):
+    """Four links that lie on balls pressed into a stiff floor, and their start."""
+    random = np.random.default_rng(number)
+    length, mass, radius = random.uniform(0.1, 0.4), 10.0 ** random.uniform(-1, 1), 0.03
+    body = Body(mass, centre=(length / 2, 0, 0), inertia=tuple(mass * length**2 / np.array([100, 12, 12])))
+    first = Link("link 0", joint=Free(), body=body, position=(0, 0, radius))
+    more = [
+        Link(
+            f"link {i}",
+            parent=f"link {i - 1}",
+            joint=lissom.Revolute((0, 1, 0)),
+            body=body,
+            position=(length, 0, 0),
+        )
+        for i in range(1, 4)
+    ]
+    balls = [Ball(link.name, radius, position=(length, 0, 0)) for link in (first, *more)]
+    stiffness = mass * 10.0 ** random.uniform(6, 8)
+    contacts = [
+        Contact(ball, FLOOR, stiffness=stiffness, dissipation=0.1)
+        for ball in (*balls, Ball("link 0", radius))
+    ]
+    robot = Robot([first, *more], contacts=contacts)
+    q0 = np.zeros(robot.n)
+    q0[2] = -radius * 10.0 ** random.uniform(-2, -0.5)
+    return robot, q0
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_what_overlaps_at_the_start_parts_with_the_energy_that_it_has(number):
+    robot, q0 = overlapped_chain(number)
+    result = lissom.simulate(robot, 0.05, dt=3e-3, q0=q0, method=RESOLVED)
+    energy = np.array([robot.energy(q, v).total for q, v in zip(result.q, result.v, strict=True)])
+    assert result.success, result.message
+    assert energy.max() < energy[0] * (1 + 1e-6)
+    # Before it falls back.
+    fine = lissom.simulate(robot, 3e-3, q0=q0, method="radau", rtol=1e-8, atol=1e-10)
+    assert_allclose(energy[1], robot.energy(fine.q[-1], fine.v[-1]).total, rtol=1e-2)

@@ -1,6 +1,6 @@
 //! Contacts and stops of a robot.
 
-use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel};
+use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN};
 use crate::model::springs::Cords;
 use crate::model::{
     Beside, Dynamics as _, Flaw, ForwardScratch, Impact, InContact, InImpact, Overlap, Parting, Radius,
@@ -182,22 +182,11 @@ impl InImpact for RobotModel {
             [q, qd_before, qd],
             |[q, qd_before, qd]| on_sweeps!(sweeps, sweeps => sweeps.may_part([q, qd_before, qd], h)),
         );
-        if !may_part {
-            return Parting::default();
-        }
-        let mut unpushed = vec![0.0; q.len()];
-        let mut scratch = ForwardScratch::of(self);
-        self.leave_contact(true);
-        let found = self.forward_dynamics(q, qd, &mut unpushed, &mut scratch);
-        self.leave_contact(false);
-        if found.is_err() {
+        if !may_part || !self.note_stiffnesses(motion, h) {
             return Parting::default();
         }
         self.note_rates(qd_before, motion);
         let Self { sweeps, coordinates, facts, .. } = self;
-        coordinates.all([q, qd, &unpushed], |motion| {
-            on_sweeps!(sweeps, sweeps => sweeps.note_openings(motion));
-        });
         let by_weight = facts.is_discretised;
         coordinates
             .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.parting(motion, since, h, by_weight)))
@@ -228,6 +217,7 @@ impl InImpact for RobotModel {
         let supplied =
             if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
+        let whole = after.kinetic + after.elastic;
         match beside {
             Beside::Motion => {
                 let at_rest = AT_REST * of_overlaps;
@@ -248,7 +238,8 @@ impl InImpact for RobotModel {
                 self.note_energy([q_after, qd_after]);
                 exceeds(gain, kinetic[0].max(kinetic[1]))
             }
-            Beside::All => gain > EXPLOSION * (after.kinetic + after.elastic),
+            Beside::Whole => gain > SMALL_GAIN * whole,
+            Beside::All => gain > EXPLOSION * whole,
         }
     }
 
@@ -287,5 +278,37 @@ impl RobotModel {
     fn note_rates(&mut self, qd_before: &[f64], [q, _, qdd]: [&[f64]; 3]) -> bool {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd_before, qdd], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_rates(motion)))
+    }
+
+    /// Stores with which accelerations surfaces that touch in a motion open without contact forces, and how stiff they are over the mass that
+    /// takes part: with the forces of all, and where others hide that, as their impacts seem to take many steps of size `h`, with those of
+    /// each pair alone. False where there are no accelerations.
+    fn note_stiffnesses(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
+        let [q, qd, _] = motion;
+        let mut a = vec![0.0; q.len()];
+        let mut scratch = ForwardScratch::of(self);
+        self.leave_contact(true);
+        let unpushed = self.forward_dynamics(q, qd, &mut a, &mut scratch);
+        self.leave_contact(false);
+        if unpushed.is_err() {
+            return false;
+        }
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all([q, qd, &a], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_openings(motion)));
+        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.note_stiffnesses(motion, None)));
+        for pair in on_sweeps!(&self.sweeps, sweeps => sweeps.between_others(h)) {
+            on_sweeps!(&mut self.sweeps, sweeps => sweeps.press_alone(Some(pair)));
+            let alone = self.forward_dynamics(q, qd, &mut a, &mut scratch);
+            let Self { sweeps, coordinates, .. } = self;
+            if alone.is_ok() {
+                let motion = [q, qd, &a];
+                coordinates.all(
+                    motion,
+                    |motion| on_sweeps!(sweeps, sweeps => sweeps.note_stiffnesses(motion, Some(pair))),
+                );
+            }
+            on_sweeps!(sweeps, sweeps => sweeps.press_alone(None));
+        }
+        true
     }
 }

@@ -176,6 +176,25 @@ impl<G: Turning> Sweeps<G> {
         query::note_openings(&self.plan, &mut self.work);
     }
 
+    /// Pairs of surfaces whose impacts seem to take many steps of size `h` because others push them.
+    pub(crate) fn between_others(&self, h: f64) -> Vec<usize> {
+        query::between_others(&self.work, h)
+    }
+
+    /// Leaves forces to this pair of surfaces alone, or enables all again.
+    pub(crate) fn press_alone(&mut self, pair: Option<usize>) {
+        self.work.motion_is_known = false;
+        for (p, stiffest) in self.work.effects.contact.stiffest.iter_mut().enumerate() {
+            *stiffest = if pair.is_none_or(|pair| pair == p) { f64::INFINITY } else { 0.0 };
+        }
+    }
+
+    /// Stores how stiff the places are where this pair touches, or all do, in a motion with its forces, if stiffer than stored.
+    pub(crate) fn note_stiffnesses(&mut self, motion: [&[f64]; 3], pair: Option<usize>) {
+        self.update_motion(motion);
+        query::note_stiffnesses(&self.plan, &mut self.work, pair);
+    }
+
     /// How surfaces that touch in a motion of the same shape part again, in steps of size `h`.
     pub(crate) fn parting(&mut self, motion: [&[f64]; 3], since: f64, h: f64, by_weight: bool) -> Parting {
         self.update_motion(motion);

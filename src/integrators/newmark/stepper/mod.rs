@@ -198,6 +198,9 @@ impl<V: Numbers> StepperOf<V> {
         self.s.copy_from_slice(&self.a[..self.q.len()]);
         self.a_old.copy_from_slice(&self.a);
         self.started = self.status.is_none();
+        if self.has_contact && self.started {
+            self.unilateral.start(model_of(system), self.t, &self.q)?;
+        }
         Ok(self.status)
     }
 

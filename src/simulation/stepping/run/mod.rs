@@ -67,11 +67,10 @@ pub struct Run<M> {
     carried: Option<Box<Carried>>,
     /// Vibrations that grow in steps of one size, about the start.
     growth: Option<Box<Growth>>,
-    /// Impacts in steps of one size, and what was dissipated and done in the last step that was made once more for them.
+    /// Impacts in steps of one size.
     resolves_impacts: bool,
     may_resolve_impacts: bool,
     resolving: Resolving,
-    resolved: Option<[f64; 2]>,
     stop: Option<Stop>,
 }
 
@@ -143,7 +142,6 @@ impl<M: Model> Run<M> {
             resolves_impacts,
             may_resolve_impacts: may_resolve,
             resolving: Resolving::new(n),
-            resolved: None,
             stop: None,
         })
     }
@@ -366,19 +364,27 @@ impl<M: Model> Run<M> {
         let steps = self.steps();
         let status = self.step()?;
         let (flow, has_stepped) = (self.take_flow(), self.steps() > steps);
-        let Self { integrator, supply, .. } = self;
         let mut supplied = 0.0;
-        if let Some(meter) = supply {
-            integrator.observe(|model, state| {
-                flow.into_iter().for_each(|flow| meter.jump(state, flow));
-                if has_stepped { meter.step(model, state) } else { Ok(()) }
-            })?;
+        if let Some(mut meter) = self.supply.take() {
+            self.observe(|_, state| flow.into_iter().for_each(|flow| meter.jump(state, flow)));
+            let measured = if has_stepped { self.measure(&mut meter) } else { Ok(()) };
             supplied = meter.supplied();
+            self.supply = Some(meter);
+            measured?;
         }
         if has_stepped {
             self.look(supplied)?;
         }
         Ok(status)
+    }
+
+    /// Adds what flows in the last step to what a meter has measured before it.
+    pub(crate) fn measure(&mut self, meter: &mut FlowMeter<'_>) -> Result<(), Interrupted> {
+        let Self { integrator, resolving, .. } = self;
+        integrator.observe(|model, state| match resolving.within() {
+            Some(within) => meter.steps(model, within.steps()),
+            None => meter.step(model, state),
+        })
     }
 
     /// Makes velocities and accelerations jump with prescribed ones, loads and commands. What prescribes them does the work that the energies gain.
@@ -402,10 +408,11 @@ impl<M: Model> Run<M> {
 
     fn single_step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
         let steps = self.integrator.steps();
+        self.resolving.begin_step();
         let status = self.integrator.step(lengths)?;
         if self.integrator.steps() > steps {
             if self.resolves_impacts {
-                self.resolved = self.integrator.resolve_impact(&mut self.resolving)?;
+                self.integrator.resolve_impact(&mut self.resolving)?;
             }
             self.stop = match self.integrator.hold()? {
                 true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
@@ -453,7 +460,6 @@ impl<M: Model> Run<M> {
         of_changes
             .into_iter()
             .chain(of_jump)
-            .chain(self.resolved.take())
             .reduce(|[lost, work], [more_lost, more]| [lost + more_lost, work + more])
     }
 
@@ -542,6 +548,7 @@ impl<M: Model> Run<M> {
         });
         let Self { integrator, .. } = self;
         let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
+        let known = known.or_else(|| self.resolving.doubt());
         let of_sticking = self.sticks_too_little();
         let Self { integrator, energy, .. } = self;
         let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
@@ -609,6 +616,12 @@ impl<M: Model> Run<M> {
         times: &[f64],
         [q, v, a]: [&mut [f64]; 3],
     ) -> Result<bool, Interrupted> {
+        if let Some(within) = self.resolving.within() {
+            let n = self.q().len();
+            let motions = q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n)).zip(a.chunks_exact_mut(n));
+            motions.zip(times).for_each(|(((q, v), a), &t)| within.interpolate(t, [q, v, a]));
+            return Ok(true);
+        }
         let is_finite = self.integrator.interpolate(times, [&mut *q, &mut *v, a])?;
         if is_finite && self.changes.as_ref().is_some_and(|changes| !changes.has_jumped) {
             // Within a step, lengths are only as accurate as the step: taut tendons would seem slack.
@@ -677,6 +690,10 @@ impl<M: Model> Run<M> {
         self.serialise_watch(tape);
         self.serialise_changes(tape);
         self.serialise_growth(tape);
+        // Versions before do not know it.
+        if self.resolves_impacts && !tape.is_over() {
+            self.resolving.serialise_rounding(tape);
+        }
     }
 
     fn serialise_growth(&mut self, tape: &mut Tape<'_>) {

@@ -96,17 +96,51 @@ pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
     work.effects.contact.touches.iter().any(moves)
 }
 
-/// Takes down with which accelerations surfaces that touch open, the motion up to date.
+/// Takes down with which accelerations surfaces that touch open without contact forces, the motion up to date.
 pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut openings = std::mem::take(&mut work.effects.contact.openings);
     openings.clear();
     openings.extend((0..work.effects.contact.touches.len()).map(|t| opening(plan, work, t)));
+    work.effects.contact.stiffnesses.clear();
+    work.effects.contact.stiffnesses.resize(openings.len(), (0.0, false));
     work.effects.contact.openings = openings;
 }
 
+/// Takes down how stiff the places where this pair touches, or all pairs, are over the mass that takes part, if they are stiffer than known so
+/// far. The motion is up to date, with the forces of this pair alone, or of all; noted are the openings without any.
+pub(crate) fn note_stiffnesses<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, pair: Option<usize>) {
+    let mut stiffnesses = std::mem::take(&mut work.effects.contact.stiffnesses);
+    let ContactState { touches, openings, .. } = &work.effects.contact;
+    let noted = stiffnesses.iter_mut().zip(openings);
+    for (t, (touch, (stiffness, unpushed))) in touches.iter().zip(noted).enumerate() {
+        if pair.is_some_and(|pair| pair != touch.pair) {
+            continue;
+        }
+        let pressed = touch.contact_point.overlap * touch.contact_force.stiffening();
+        let found = (opening(plan, work, t) - unpushed) / pressed;
+        if found > stiffness.0 {
+            *stiffness = (found, pair.is_some());
+        }
+    }
+    work.effects.contact.stiffnesses = stiffnesses;
+}
+
+/// Pairs that touch where others do, too, and whose impacts would take ten steps of size `h`, or more, by the stiffness known so far.
+pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usize> {
+    let ContactState { touches, stiffnesses, .. } = &work.effects.contact;
+    if touches.iter().all(|touch| touch.pair == touches[0].pair) {
+        return Vec::new();
+    }
+    let fine = touches.iter().zip(stiffnesses).filter(|(_, stiffness)| h * h * stiffness.0 <= COARSE);
+    let mut pairs: Vec<usize> = fine.map(|(touch, _)| touch.pair).collect();
+    pairs.dedup();
+    pairs
+}
+
 /// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
-/// date; cached are the rates of their distances at its beginning, the time `since` ago, and the
-/// accelerations with which they open without contact forces.
+/// date; cached are the rates of their distances at its beginning, the time `since` ago, the
+/// accelerations with which they open without contact forces, and their stiffness over the mass that takes part: of a pair between others that of the
+/// pair alone.
 ///
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
@@ -119,15 +153,16 @@ pub(crate) fn parting<G: Turning>(
     by_weight: bool,
 ) -> Parting {
     let contact = &work.effects.contact;
-    let cached = contact.rates.iter().zip(&contact.openings);
+    let cached = contact.rates.iter().zip(contact.openings.iter().zip(&contact.stiffnesses));
     let mut found = Parting::default();
-    for (t, (touch, (&before, &unpushed))) in contact.touches.iter().zip(cached).enumerate() {
+    for (touch, (&before, (&unpushed, &(stiffness, is_held)))) in contact.touches.iter().zip(cached) {
         let overlap = touch.contact_point.overlap;
-        let stiffness = (opening(plan, work, t) - unpushed) / (overlap * touch.contact_force.stiffening());
         let is_coarse = h * h * stiffness > COARSE;
         let contact_force = if by_weight { acceleration_by_weight(plan, work, touch) } else { -unpushed };
         let began = (overlap + 0.5 * since * (before + touch.contact_force.rate)).max(0.0);
-        let square = before * before + (stiffness * began - 2.0 * contact_force) * began;
+        // What is stored between others may be held by these.
+        let stored = if is_held { 0.0 } else { (stiffness * began - 2.0 * contact_force) * began };
+        let square = before * before + stored;
         if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
             continue;
         }

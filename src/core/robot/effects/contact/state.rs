@@ -61,6 +61,9 @@ pub(crate) struct ContactState<P> {
     pub(crate) rates: Vec<f64>,
     /// Accelerations of separation at the contact points without contact forces.
     pub(crate) openings: Vec<f64>,
+    /// By how much more they open per overlap with contact forces: stiffness over the mass that takes part. Whether that is of a pair alone, which
+    /// others press.
+    pub(crate) stiffnesses: Vec<(f64, bool)>,
     /// For every contact point and side, integration weights of the piece's nodes.
     pub(crate) up_to: Vec<P>,
     /// Memory for weights of nodes, and for polynomials.
@@ -233,6 +236,7 @@ impl<P> Default for ContactState<P> {
             next_along: Vec::new(),
             rates: Vec::new(),
             openings: Vec::new(),
+            stiffnesses: Vec::new(),
             up_to: Vec::new(),
             weights: Vec::new(),
             polynomials: Vec::new(),
@@ -277,6 +281,7 @@ impl<P: Lanes> ContactState<P> {
             next_along: vec![None; 2 * contacts.capacity],
             rates: Vec::with_capacity(contacts.capacity),
             openings: Vec::new(),
+            stiffnesses: Vec::new(),
             up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],
             weights: vec![0.0; nodes],
             polynomials: vec![0.0; nodes + 1],
