@@ -212,18 +212,9 @@ def lay(rod: Rod, name: str, segments: int) -> Laid:
 
 
 def base_axes(points: Array, normal: Array) -> Array:
-    """The axes of the first section as columns: along the rod, along the normal, across both.
-
-    Along the rod is the tangent of the parabola through the first three points. The first chord deviates from
-    it by half a chord's turn, and a clamp would hold that for the whole run.
-    """
-    chords = np.diff(points[:3], axis=0)
-    lengths = np.linalg.norm(chords, axis=1, keepdims=True)
-    slopes = chords / lengths
-    along = slopes[0]
-    if len(slopes) > 1:
-        along = along - (slopes[1] - slopes[0]) * lengths[0] / lengths.sum()
-        along = along / np.linalg.norm(along)
+    """The axes of the first section as columns: along the rod, along the normal, across both."""
+    along = points[1] - points[0]
+    along = along / np.linalg.norm(along)
     across = normal - (normal @ along) * along
     across = across / np.linalg.norm(across)
     return np.column_stack([along, across, np.cross(along, across)])
