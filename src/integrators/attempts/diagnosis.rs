@@ -110,7 +110,7 @@ pub(crate) struct Unilateral {
     pub(crate) has_touched: bool,
     pub(super) impacts: Impacts,
     /// Whether steps of fixed size are made once more where impacts matter; if so, the size of the last one, and how the surfaces that
-    /// meet in it would part again.
+    /// meet in it would separate.
     resolves: bool,
     size: f64,
     parting: Parting,
@@ -344,7 +344,7 @@ impl Unilateral {
         (self.size, self.parting, self.is_excited) = (h, Parting::default(), false);
     }
 
-    /// Takes note of how what meets in a step, or in a part of one, would part again, or what only its start presses.
+    /// Records how surfaces that meet in a step, or in a part of one, or that touch at its start only, would separate.
     pub(super) fn follow_parting<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -366,7 +366,7 @@ impl Unilateral {
         Ok(())
     }
 
-    /// How surfaces would part again that meet in a step and are apart at its end, by what they would overlap without their forces. Allocates.
+    /// How surfaces would separate that meet in a step and are apart at its end, by their overlap without contact forces. Allocates.
     fn parting_unpushed<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -385,7 +385,7 @@ impl Unilateral {
         Ok(model.parting(v, [&self.place, v, &a], ends.h, self.size))
     }
 
-    /// How what has met in the last step of fixed size would part again.
+    /// How surfaces that have met in the last step of fixed size would separate.
     pub(crate) fn parting(&self) -> Parting {
         self.parting
     }

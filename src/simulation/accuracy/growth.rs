@@ -3,7 +3,7 @@
 //! Radau's method damps what grows by more than a factor of e^4 in a step, and the errors of steps that are short for a coordinate of its
 //! typical size are large for one of 1e-4 of it: two runs that both step over a growth agree with each other, but not with the exact motion.
 //! Therefore steps follow what grows to a visible size, as they follow vibrations, until it has that size; from then on errors show in the
-//! difference of two runs. What rounding grows to no steps can tell.
+//! difference of two runs. Growth of rounding cannot be followed by any steps.
 
 use std::cmp::Ordering;
 

@@ -125,7 +125,7 @@ impl Carried {
             return None;
         };
         Some(format!(
-            "A prescribed motion takes only a few steps of {} s, whose accelerations tell too little of it: what is free behind it {found}. \
+            "A prescribed motion lasts only a few steps of {} s, too few for its accelerations: what moves freely behind it {found}. \
              Take steps of {:.1e} s or less, or method \"radau\".",
             Number(self.dt),
             self.dt * (DRAGGED / dragged).sqrt().min(DRAGGED / left)

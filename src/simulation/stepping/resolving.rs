@@ -233,7 +233,7 @@ impl Resolving {
         of_places.chain(of_rates).collect()
     }
 
-    /// Takes note of how much of what an impact moves is rounding, in a step from there to `t`: the coordinate whose velocity changes most tells.
+    /// Records which part of the overlap in an impact is rounding, in a step from there to `t`, by the coordinate whose velocity changes most.
     fn follow_rounding(&mut self, q: &[f64], sizes: &[f64], impact: f64, t: f64) {
         let changes = self.tolerances.iter().map(|tolerance| tolerance / single_tolerance(q.len()));
         let most = q.iter().zip(changes).zip(sizes).max_by(|((_, one), of_one), ((_, other), of_other)| {
@@ -275,7 +275,7 @@ impl Resolving {
     }
 }
 
-/// Where surfaces meet and let go on the way of a step: forces have a kink there, which errors of steps over it do not tell well.
+/// A step in parts that end where surfaces meet and separate: forces have a kink there, and error estimates of steps across it are unreliable.
 struct Way {
     t_end: f64,
     /// How long the shortest impact takes.

@@ -150,7 +150,7 @@ impl Stop {
     /// Where tendons of given length and closed loops contradict each other.
     pub(crate) fn at_conflict(t: f64) -> Self {
         let message = format!(
-            "At t = {} no motion keeps all tendons that do not stretch as short as they are told: their lengths, or those and \
+            "At t = {} no motion keeps all inextensible tendons at their commanded lengths: these, or these and \
              closed loops, conflict there.",
             Number(t),
         );
