@@ -482,7 +482,7 @@ def test_monotone_tables_are_those_of_scipy():
             assert acceleration == pytest.approx(pchip(t, 2), abs=1e-10)
 
 
-@pytest.mark.filterwarnings("ignore:A prescribed motion takes only a few steps")
+@pytest.mark.filterwarnings("ignore:A prescribed motion lasts only a few steps")
 @pytest.mark.parametrize("method", ["newmark", "generalised_alpha", "hht", "radau", "rk45"])
 @pytest.mark.parametrize("dt", [1e-2, 7e-3, 1e-3])
 @pytest.mark.parametrize("times", [(0.05, 0.15), (0.0503, 0.1212), (0.05, 0.06)], ids=str)
@@ -505,7 +505,7 @@ def test_what_nothing_holds_does_not_move_with_a_carriage(method, dt, times):
     assert run.doubt or abs(at).max() < 0.03 * 0.1
 
 
-@pytest.mark.filterwarnings("ignore:A prescribed motion takes only a few steps")
+@pytest.mark.filterwarnings("ignore:A prescribed motion lasts only a few steps")
 @pytest.mark.parametrize("dt", [1e-2, 2e-3, 1e-3])
 def test_a_bump_of_many_times_within_a_step_leaves_no_velocity(dt):
     times = np.r_[0, np.linspace(0.0203, 0.0283, 9), 0.1, 0.2]
