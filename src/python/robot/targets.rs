@@ -25,7 +25,7 @@ pub(super) fn reach<'py>(
     let is_one = link.is_none() || link.is_instance_of::<PyString>();
     if !is_one && (pose.is_some() || of_one) {
         return Err(PyValueError::new_err(
-            "pose: several targets have poses, X, points and weights of their own (lissom.Target): leave these arguments out",
+            "pose: leave out pose, X, point and weights beside several targets: each lissom.Target has its own",
         ));
     }
     let time = time_of_state(t, robot.description().is_moved())?;

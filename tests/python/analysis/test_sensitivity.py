@@ -135,8 +135,8 @@ def test_loads_in_time():
         (["segments[0].young_modulos"], "did you mean 'young_modulus'"),
         (["segments[7].radius"], "2 entries"),
         (["q0[9]"], "an index below 6"),
-        (["q0", "q0[1]"], "second time"),
-        (["gravity[2]", "gravity[2]"], "second time"),
+        (["q0", "q0[1]"], "is listed twice"),
+        (["gravity[2]", "gravity[2]"], "is listed twice"),
         (["segments[0].radius", "rod[0].segment[0].radius"], "first as 'segments[0].radius'"),
         (["segments[0].length.x"], "segments[0].length has no parts"),
         (

@@ -452,7 +452,7 @@ def test_runs_without_end_are_refused(command, settings, key, scene, tmp_path):
 
 
 def test_what_simulate_refuses_is_one_line(scene, tmp_path, monkeypatch, capsys):
-    def refuse(_):
+    def refuse(*_):
         raise ValueError("dt: got 3,\n  expected 4")
 
     path = scene(WIRE)

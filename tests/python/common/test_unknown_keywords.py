@@ -24,7 +24,7 @@ CALLS = {
     "solve_ivp": ("method", lambda name: lissom.solve_ivp(lambda t, x: x, (0, 1), [1.0], **{name: "rk45"})),
     "newmark": (
         "beta",
-        lambda name: lissom.newmark(lambda *_: 0, (0, 1), [1.0], [0.0], mass=1.0, **{name: 0.25}),
+        lambda name: lissom.newmark(lambda *_: 0, (0, 1), [1.0], [0.0], dt=0.1, **{name: 0.25}),
     ),
     "Simulation": ("method", lambda name: lissom.Simulation(rod(), dt=1e-3, **{name: "radau"})),
     "SpringPendulum": ("stiffness", lambda name: lissom.SpringPendulum(**{name: 10.0})),
@@ -34,7 +34,7 @@ CALLS = {
 @pytest.mark.parametrize("function", CALLS)
 def test_misspelt_keywords_are_answered_with_the_right_one(function):
     right, call = CALLS[function]
-    wrong = right[:-2] + right[-1] + right[-2] if len(right) > 2 else f"{right}x"
+    wrong = right[0] + right[2] + right[1] + right[3:] if len(right) > 2 else f"{right}x"
     with pytest.raises(TypeError) as caught:
         call(wrong)
     known = [name for name in inspect.signature(getattr(lissom, function)).parameters if name != "self"]

@@ -232,7 +232,7 @@ class TestLinearModels:
             if name not in ("model", "q")
         }
         assert given == {"inputs": "forces", "outputs": "coordinates", "t": 0.0, "u": None, "held": False}
-        linear = lissom.linearise(model, [0, 0])
+        linear = lissom.linearise(model, [0, 0], held=True)
         assert linear.states == ("q0", "q1", "v0", "v1")
         assert linear.inputs == ("force0", "force1")
         assert linear.outputs == ("q0", "q1")

@@ -313,7 +313,7 @@ def test_a_load_that_is_not_finite_is_named_wherever_it_is_asked_for():
         rod = lissom.Rod([WIRE], loads=[still, broken])
         q, v, a = states(rod.n)
         for ask in (
-            lambda t, rod=rod, q=q: lissom.linearise(rod, q, t=t),
+            lambda t, rod=rod, q=q: lissom.linearise(rod, q, t=t, held=True),
             lambda t, rod=rod, q=q, v=v, a=a: rod.inverse_dynamics(q, v, a, t=t),
             lambda t, rod=rod, q=q, v=v: rod.forward_dynamics(q, v, t=t),
             lambda t, rod=rod, q=q, v=v, a=a: rod.tangent(q, v, a, t=t),

@@ -266,10 +266,14 @@ def test_modes_that_a_scene_left_open_are_not_chosen_again():
 
 def test_nonsense_is_not_restored():
     result = lissom.simulate(ROD, 0.05)
-    restore, (states, flow, outcome, model, deepest) = result.__reduce__()
+    restore, (states, flow, outcome, model, deepest, evaluations) = result.__reduce__()
     assert deepest is None
+    assert list(evaluations) == list(result.evaluations)
     # Records of older versions have no deepest overlap.
     assert restore(states, flow, outcome, model).deepest is None
+    assert restore(states, flow, outcome, model, deepest).evaluations is None
+    with pytest.raises(ValueError, match="evaluations: got 2, expected one for each time"):
+        restore(states, flow, outcome, model, deepest, [1, 2])
     t, q, v, u, a = states
     pendulum = lissom.SpringPendulum()
     wrong = [

@@ -249,7 +249,7 @@ def test_explanations_name_what_varies():
     [
         (
             lambda: Section.circle(exponential),
-            r"radius: got a function of the arc length X, expected length=",
+            r"radius: a function of the arc length X needs `length`",
         ),
         (
             lambda: Section.circle(lambda X: 0.1 - X, length=0.2),
