@@ -11,6 +11,7 @@ use crate::integrators::newmark::Scheme;
 use crate::integrators::ode::{Tableau, tableau};
 use crate::model::Model;
 use crate::numerics::linalg::Complex;
+use crate::simulation::balance::State;
 use crate::simulation::stepping::Method;
 
 /// Errors of the tip, or of coordinates relative to their typical sizes, above this fraction cause a warning.
@@ -28,6 +29,12 @@ const ROUNDING: f64 = 2e-15;
 /// The start is near an equilibrium, or a steady spin, if it departs from it by less than this, relative to typical coordinates, within the
 /// time of a growth by e.
 const NEAR: f64 = 0.1;
+
+/// The same of states that are passed later: what departs farther from the state excites its growth, too, and is found large already.
+const PASSES_NEAR: f64 = 0.5;
+
+/// Number of times, after what grows from the start has become large, at which the motion may be near such a state again.
+const LOOKS: f64 = 16.0;
 
 /// What a method makes of a growth.
 enum Steps {
@@ -48,6 +55,14 @@ struct Growth {
     error: f64,
 }
 
+/// A state near an unstable equilibrium, or an unstable spin, that the motion passes later.
+struct Passed {
+    t: f64,
+    rate: f64,
+    /// Error at the end by what grows from there of the errors of steps before.
+    lost: f64,
+}
+
 /// What grows from the start of a run.
 pub(super) struct Outgrown {
     steps: Steps,
@@ -57,6 +72,10 @@ pub(super) struct Outgrown {
     /// Size of the last step, and the errors that one of this size makes of each growth.
     known: (f64, Vec<f64>),
     growths: Vec<Growth>,
+    /// The worst state that was passed, and when it is looked for again.
+    passed: Option<Passed>,
+    next: f64,
+    between: f64,
 }
 
 impl Outgrown {
@@ -92,11 +111,16 @@ impl Outgrown {
         let is_visible = |growth: &Growth| growth.ends(t_span.0) > WORTH_A_WARNING;
         let growths: Vec<Growth> = growths.filter(is_visible).collect();
         let known = (0.0, vec![0.0; growths.len()]);
-        (!growths.is_empty()).then_some(Self { steps, t_span, last: t_span.0, longest: 0.0, known, growths })
+        let fastest = growths.iter().max_by(|a, b| a.rate.re.total_cmp(&b.rate.re))?;
+        let next = fastest.until;
+        let between = ((t_span.1 - next) / LOOKS).max(1.0 / fastest.rate.re);
+        let (last, longest, passed) = (t_span.0, 0.0, None);
+        Some(Self { steps, t_span, last, longest, known, growths, passed, next, between })
     }
 
-    /// Adds the error of a step to this time.
-    pub(super) fn step(&mut self, t: f64) {
+    /// Takes note of a step to this state.
+    pub(super) fn step<M: Model>(&mut self, model: &mut M, state: State<'_>) {
+        let t = state.t;
         let step = t - self.last;
         let (steps, last) = (&self.steps, self.last);
         self.last = t;
@@ -111,6 +135,28 @@ impl Outgrown {
         for (growth, error) in self.growths.iter_mut().zip(&self.known.1) {
             growth.error += error * ((growth.until - last) / step).clamp(0.0, 1.0);
         }
+        if t >= self.next && t < self.t_span.1 && !model.facts().is_discretised {
+            self.next = t + self.between;
+            self.look(model, state);
+        }
+    }
+
+    /// Whether the motion of rigid bodies is near a state from which errors of the steps before grow.
+    fn look<M: Model>(&mut self, model: &mut M, State { t, q, v, a }: State<'_>) {
+        let before = self.growths.iter().map(|growth| growth.lost(self.t_span.0)).fold(0.0, f64::max);
+        let left = self.t_span.1 - t;
+        if before == 0.0 || model.set_time(t).is_err() {
+            return;
+        }
+        for growing in
+            Growing::about(model, [q, v, a], left).into_iter().filter(|one| one.departure < PASSES_NEAR)
+        {
+            let begins = (growing.size * growing.reach(model, q)).max(before);
+            let lost = before * (growing.rate * left).exp().min(FARTHEST / begins);
+            if self.passed.as_ref().is_none_or(|passed| lost > passed.lost) {
+                self.passed = Some(Passed { t, rate: growing.rate, lost });
+            }
+        }
     }
 
     /// Reason why a completed run may be wrong.
@@ -123,6 +169,18 @@ impl Outgrown {
                 "About its start the motion grows by a factor of e in {:.1e} s ({rate:.3} per second), and steps of up to {:.1e} s follow that with an \
                  error of about {:.1} % of the length, or of typical coordinates, once it is large. Take shorter steps, a smaller tolerance, \
                  or method \"auto\".",
+                1.0 / rate,
+                self.longest,
+                100.0 * lost.min(1.0),
+            ));
+        }
+        if let Some(Passed { t, rate, lost }) = &self.passed
+            && *lost > WORTH_A_WARNING
+        {
+            return Some(format!(
+                "At t = {t:.3} s the motion passes near an unstable equilibrium or an unstable spin, where errors grow by a factor of e in {:.1e} s \
+                 ({rate:.3} per second): those of steps of up to {:.1e} s become about {:.0} % of the length, or of typical coordinates. \
+                 Take shorter steps, a smaller tolerance, or method \"auto\".",
                 1.0 / rate,
                 self.longest,
                 100.0 * lost.min(1.0),

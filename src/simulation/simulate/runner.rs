@@ -156,7 +156,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 }
                 *stop = run.observe(|model, state| {
                     if let Some(outgrown) = outgrown {
-                        outgrown.step(state.t);
+                        outgrown.step(model, state);
                     }
                     watch.look(model, state, steps)
                 });
