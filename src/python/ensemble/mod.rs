@@ -154,7 +154,7 @@ pub(crate) fn simulate_many<'py>(
     let (py, keep, workers) = (model.py(), keep_of(keep)?, threads(workers)?);
     let models = Models::of(model)?;
     let first = models.first();
-    let (n, inputs) = (first.n(), first.default_inputs().len());
+    let (n, inputs, t_span) = (first.n(), first.default_inputs().len(), (t0, t_end));
     let configuration = OptionArguments {
         method,
         dt,
@@ -174,7 +174,6 @@ pub(crate) fn simulate_many<'py>(
     .configuration(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));
     let (q0, v0) = (count.vectors(q0, n, "q0")?, count.vectors(v0, n, "v0")?);
-    let t_span = (t0, t_end);
     let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &configuration, &mut count)?;
     let count = count.0.map_or(1, |(rows, _)| rows);
     let mut rows = Rows {
@@ -192,9 +191,7 @@ pub(crate) fn simulate_many<'py>(
         of_function: Mutex::new(None),
     };
     let times = rows.check(py, count)?;
-    if times.differ {
-        rows.t_eval = Some(times.of_rows.clone());
-    }
+    rows.t_eval = if times.differ { Some(times.of_rows.clone()) } else { rows.t_eval };
     rows.places = places_of(py, &rows.models, count, places, keep)?;
     let size = Size { count, times: times.of_rows.len(), n, places: rows.places.first().map_or(0, Vec::len) };
     check_memory(size, keep, inputs, workers, memory_limit)?;

@@ -151,8 +151,7 @@ impl PySimulation {
                 convert::describe(model)
             )));
         };
-        let n = model.get().n();
-        let options = PyDict::new(py);
+        let (n, options) = (model.get().n(), PyDict::new(py));
         options.set_item("dt", dt)?;
         match method {
             Some(method) => options.set_item("method", method)?,
