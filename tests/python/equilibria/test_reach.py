@@ -534,7 +534,7 @@ REFUSED = {
     r"max_iter: got -1": lambda: ROD.reach("rod", [0, 0, 0], max_iter=-1),
     r"restarts: got 1000000": lambda: ROD.reach("rod", [0, 0, 0], restarts=10**6),
     r"targets: got none": lambda: ROD.reach([]),
-    r"pose: several targets have poses": lambda: ROD.reach({"rod": [0, 0, 0]}, X=0.1),
+    r"pose: leave out pose, X, point and weights": lambda: ROD.reach({"rod": [0, 0, 0]}, X=0.1),
     r"link\[1\].X: got 0.1 on 'hand'": lambda: SEVEN.reach(
         [lissom.Target("hand", [0, 0, 0]), lissom.Target("hand", [0, 0, 0], X=0.1)]
     ),
