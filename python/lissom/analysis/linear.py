@@ -275,15 +275,19 @@ def _moves_off(
     forces = -within.T @ model.inverse_dynamics(q, rest, rest, t=t, u=u)
     # As far as springs let it go, or inertia in this time.
     moved = within @ np.linalg.lstsq(stiffness + mass / WITHIN**2, forces, rcond=None)[0]
-    places = [np.linalg.norm(frame.jacobian(q, t)[LINEAR] @ moved) for frame in seen.frames]
+    twists = [frame.jacobian(q, t) @ moved for frame in seen.frames]
+    turns = [np.linalg.norm(twist[ANGULAR]) for twist in twists]
+    places = [np.linalg.norm(twist[LINEAR]) for twist in twists]
     # Without a size: angles in radians, lengths in metres.
-    share = float(max(places) / seen.size if places and seen.size > 0.0 else np.abs(moved).max(initial=0.0))
+    share = max(places) / seen.size if places and seen.size > 0.0 else np.abs(moved).max(initial=0.0)
+    # Bodies beside the axis of their joint move with the turn of their link.
+    share = float(max(share, *turns)) if turns else float(share)
     if not share > AWAY:
         return None
     largest = int(np.abs(forces).argmax())
     return (
         f"q is no equilibrium: the generalised forces there, up to {abs(forces[largest]):.3g}, would move "
-        f"the model by about {share:.2g} of its size, and the linear model leaves them out. Take `q` of "
+        f"the model by about {share:.2g} of its size, or radians, and the linear model leaves them out. Take `q` of "
         "`lissom.statics(model, u=u)` with the same inputs, or `held=True` if something holds the shape."
     )
 

@@ -224,6 +224,16 @@ class TestJacobian:
 
 
 class TestLinearModels:
+    @pytest.mark.parametrize("inertia", [0.0, 0.1])
+    def test_a_pendulum_beside_its_equilibrium_is_no_linear_model(self, inertia):
+        """The body is beside the axis, and the frame of the link on it."""
+        body = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=inertia * np.eye(3))
+        pendulum = lissom.Robot([lissom.Link("arm", joint=lissom.Revolute((0, 1, 0)), body=body)])
+        for angle in (0.0, 1.0, np.pi / 2 + 0.01):
+            with pytest.warns(lissom.AccuracyWarning, match="q is no equilibrium"):
+                lissom.linearise(pendulum, [angle])
+        lissom.linearise(pendulum, [np.pi / 2])
+
     def test_defaults_are_the_documented_ones(self):
         model = wire({"bend_y": 2})
         given = {

@@ -15,7 +15,7 @@ const ROUNDING: f64 = 1e-9;
 
 impl Robot {
     /// Length of the robot in metres: the largest distance of stretched-out links and bodies from the first joint or rod that moves
-    /// them; if this is zero, the first positive one of [`Self::breadth`], [`Self::travel`] and [`Self::apart`]; otherwise one.
+    /// them; if this is zero, the first positive one of `Self::breadth`, `Self::travel` and `Self::apart`; otherwise one.
     pub fn length(&self) -> f64 {
         let starts = starts(self);
         let of_links = self.links.iter().enumerate().map(|(i, link)| (i, link.length()));

@@ -200,7 +200,7 @@ impl InImpact for RobotModel {
         self.facts.has_contact && on_sweeps!(&self.sweeps, sweeps => sweeps.may_touch())
     }
 
-    /// Gains are compared with [`LARGEST_GAIN`], [`AT_REST`] and [`EXPLOSION`].
+    /// Gains are compared with `LARGEST_GAIN`, `AT_REST` and `EXPLOSION`.
     fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
         // The work of prescribed motions over the step is unknown.
         if self.facts.is_carried {

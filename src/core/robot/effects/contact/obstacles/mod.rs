@@ -1,4 +1,4 @@
-//! Shapes that rods, balls and bodies touch: one file each with its description, its checks, and its implementation of [`Shape`].
+//! Shapes that rods, balls and bodies touch: one file each with its description, its checks, and its implementation of `Shape`.
 //!
 //! A new shape is a file here, its line in the list below, and its `Solid`, which has its distances.
 
