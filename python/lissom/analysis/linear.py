@@ -280,15 +280,16 @@ def _moves_off(
     places = [np.linalg.norm(twist[LINEAR]) for twist in twists]
     # Without a size: angles in radians, lengths in metres.
     share = max(places) / seen.size if places and seen.size > 0.0 else np.abs(moved).max(initial=0.0)
-    # Bodies beside the axis of their joint move with the turn of their link.
-    share = float(max(share, *turns)) if turns else float(share)
+    # Links that turn where they are, such as pendulums whose bodies are beside the axis.
+    share = float(share if share > AWAY or not turns else max(turns))
     if not share > AWAY:
         return None
     largest = int(np.abs(forces).argmax())
     return (
         f"q is no equilibrium: the generalised forces there, up to {abs(forces[largest]):.3g}, would move "
-        f"the model by about {share:.2g} of its size, or radians, and the linear model leaves them out. Take `q` of "
-        "`lissom.statics(model, u=u)` with the same inputs, or `held=True` if something holds the shape."
+        f"the model by about {share:.2g} of its size, or radians, and the linear model leaves them out. "
+        "Take `q` of `lissom.statics(model, u=u)` with the same inputs, or `held=True` if something holds "
+        "the shape."
     )
 
 
