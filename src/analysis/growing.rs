@@ -10,6 +10,12 @@ use crate::model::Static;
 use crate::model::chart::rate_matrix;
 use crate::numerics::linalg::{Complex, Matrix};
 
+/// Upper bound of what grows, relative to the length or to typical coordinates: the motion has left its start then.
+pub(crate) const FARTHEST: f64 = 2.0;
+
+/// Rounding of a state and of its forces, relative to typical coordinates.
+pub(crate) const ROUNDING_OF_STATES: f64 = 2e-15;
+
 /// Motions that grow by less than this factor within the time that is looked at, by a bound, are not looked for.
 const LITTLE_GROWTH: f64 = 2.0;
 

@@ -8,7 +8,7 @@
 use std::cmp::Ordering;
 
 use super::integrator::Integrator;
-use crate::analysis::growing::Growing;
+use crate::analysis::growing::{FARTHEST, Growing, ROUNDING_OF_STATES};
 use crate::model::Model;
 use crate::simulation::simulate::unstable_equilibrium;
 
@@ -18,14 +18,8 @@ const NEGLECTED: f64 = 0.25;
 /// Fraction of what was asked that each growing motion may use in the first run.
 const SHARE: f64 = 0.75;
 
-/// Upper bound of what grows, relative to the length or to typical coordinates.
-const FARTHEST: f64 = 2.0;
-
 /// Longest step over the time of a growth by e: from there on errors of steps are not those of the lowest order.
 const LONGEST: f64 = 1.0;
-
-/// Rounding of a state and of its forces, relative to typical coordinates.
-const ROUNDING: f64 = 2e-15;
 
 /// What grows from a state.
 #[derive(Clone, Copy, Debug)]
@@ -48,14 +42,14 @@ impl Growth {
     pub(super) fn new<M: Model>(model: &mut M, q: &[f64], growing: &Growing, size: f64, time: f64) -> Self {
         let begins = size * growing.reach(model, q);
         let lasts = |begins: f64| ((FARTHEST / begins).ln() / growing.rate).clamp(0.0, time);
-        let is_excited = begins > ROUNDING;
+        let is_excited = begins > ROUNDING_OF_STATES;
         let reach = if is_excited { begins * (growing.rate * lasts(begins)).exp() } else { 0.0 };
         Self {
             rate: growing.rate,
             speed: growing.speed,
-            exponent: growing.rate * lasts(begins.max(ROUNDING)),
+            exponent: growing.rate * lasts(begins.max(ROUNDING_OF_STATES)),
             reach: reach.min(FARTHEST),
-            radians: growing.speed * lasts(begins.max(ROUNDING)),
+            radians: growing.speed * lasts(begins.max(ROUNDING_OF_STATES)),
             held: growing.elastic(model, q) / growing.speed.powi(2),
         }
     }
@@ -104,7 +98,7 @@ impl Growth {
     /// A doubt about a motion that begins within rounding of another one, which goes elsewhere.
     pub(super) fn doubt(growths: &[Self], wanted: f64) -> Option<String> {
         let exponent: f64 = growths.iter().map(|growth| growth.exponent).sum();
-        let grown = ROUNDING * exponent.exp();
+        let grown = ROUNDING_OF_STATES * exponent.exp();
         let fastest = growths.iter().max_by(|a, b| a.rate.total_cmp(&b.rate))?;
         (grown >= wanted).then(|| unstable_equilibrium(fastest.rate, exponent))
     }

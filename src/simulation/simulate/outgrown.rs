@@ -6,7 +6,7 @@
 
 use std::cmp::Ordering;
 
-use crate::analysis::growing::Growing;
+use crate::analysis::growing::{FARTHEST, Growing, ROUNDING_OF_STATES};
 use crate::integrators::newmark::Scheme;
 use crate::integrators::ode::{Tableau, tableau};
 use crate::model::Model;
@@ -19,12 +19,6 @@ const WORTH_A_WARNING: f64 = 2e-2;
 
 /// Models with more coordinates are not checked: their rates would cost more than a short run.
 const MOST_COORDINATES: usize = 100;
-
-/// Upper bound of what grows, relative to the length or to typical coordinates: the motion has left its start then.
-const FARTHEST: f64 = 2.0;
-
-/// Rounding of a state and of its forces, relative to typical coordinates.
-const ROUNDING: f64 = 2e-15;
 
 /// The start is near an equilibrium, or a steady spin, if it departs from it by less than this, relative to typical coordinates, within the
 /// time of a growth by e.
@@ -104,7 +98,7 @@ impl Outgrown {
         let growing = Growing::about(model, [q, v, a], duration).into_iter();
         let growths = growing.filter(|growing| growing.departure < NEAR).map(|growing| {
             let begins = growing.size * growing.reach(model, q);
-            let lasts = (FARTHEST / begins.max(ROUNDING)).ln() / growing.rate;
+            let lasts = (FARTHEST / begins.max(ROUNDING_OF_STATES)).ln() / growing.rate;
             let until = t_span.0 + lasts.clamp(0.0, duration);
             Growth { rate: growing.value, begins, until, error: 0.0 }
         });
@@ -186,7 +180,7 @@ impl Outgrown {
                 100.0 * lost.min(1.0),
             ));
         }
-        let rounded = |growth: &&Growth| growth.begins <= ROUNDING;
+        let rounded = |growth: &&Growth| growth.begins <= ROUNDING_OF_STATES;
         let by_rate = |a: &&Growth, b: &&Growth| -> Ordering { a.rate.re.total_cmp(&b.rate.re) };
         let fastest = self.growths.iter().filter(rounded).max_by(by_rate)?;
         let exponent = fastest.rate.re * (self.t_span.1 - t0);
@@ -208,12 +202,16 @@ pub(crate) fn unstable_equilibrium(rate: f64, exponent: f64) -> String {
 impl Growth {
     /// Its size where it is no longer small, or at the end.
     fn ends(&self, t0: f64) -> f64 {
-        self.begins.max(ROUNDING) * (self.rate.re * (self.until - t0)).exp()
+        self.begins.max(ROUNDING_OF_STATES) * (self.rate.re * (self.until - t0)).exp()
     }
 
     /// Error by steps at that time.
     fn lost(&self, t0: f64) -> f64 {
-        if self.begins <= ROUNDING { 0.0 } else { self.ends(t0).min(FARTHEST) * self.error.exp_m1().min(1.0) }
+        if self.begins <= ROUNDING_OF_STATES {
+            0.0
+        } else {
+            self.ends(t0).min(FARTHEST) * self.error.exp_m1().min(1.0)
+        }
     }
 }
 

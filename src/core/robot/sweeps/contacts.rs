@@ -268,14 +268,9 @@ impl<G: Turning> Sweeps<G> {
         self.is_touched()
     }
 
-    /// Whether the motion that was computed last, and so what touches in it, is one in this shape.
-    pub(super) fn is_motion_of(&self, q: &[f64]) -> bool {
-        self.work.motion_is_known && is_same_shape(&self.work.kinematics_of, q)
-    }
-
     /// Finds what touches in a shape, at any velocities.
     fn find_touches(&mut self, q: &[f64]) {
-        if !self.is_motion_of(q) {
+        if !self.work.motion_is_known || !is_same_shape(&self.work.kinematics_of, q) {
             self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         }
     }

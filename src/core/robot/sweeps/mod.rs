@@ -315,11 +315,9 @@ impl<G: Turning> Sweeps<G> {
             return power;
         }
         if !self.plan.effects.contacts.pairs.is_empty() {
-            // Usually nothing is near in the shape of the last iterate, which is this one, and the shape is sufficient.
-            if self.work.effects.contact.is_left || !self.is_motion_of(q) {
-                self.update_kinematics(q);
-                detection::see_near(&self.plan, &mut self.work);
-            }
+            // Usually nothing is near, and the shape is sufficient.
+            self.update_kinematics(q);
+            detection::see_near(&self.plan, &mut self.work);
             if !effects::may_dissipate(&self.plan, &self.work) {
                 return power;
             }
