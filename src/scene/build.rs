@@ -3,7 +3,7 @@
 
 use crate::error::{Checker, InvalidInput, Number};
 use crate::model::pendulum::SpringPendulum;
-use crate::model::{Dynamics as _, Flaw, InContact as _, InTime as _};
+use crate::model::{Dynamics as _, InContact as _, InTime as _, InvalidShape};
 use crate::robot;
 use crate::simulation::accuracy;
 use crate::simulation::stepping::check_step;
@@ -86,7 +86,7 @@ fn check_contacts(
     if model.set_time(t0).is_err() || q0.len() != model.facts().n {
         return;
     }
-    if let Some(Flaw::Sunk { contact, overlap }) = model.deep_penetration(q0) {
+    if let Some(InvalidShape::DeepPenetration { contact, overlap }) = model.deep_penetration(q0) {
         let wrong = format!("its surfaces overlap by {overlap:.3} m at the start");
         let right = "expected a start in which they overlap by less than a radius";
         shape.refuse(&format!("contact[{contact}]"), wrong, right);

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use lissom::body::Body;
 use lissom::contact::{Contact, HalfSpace, Stiffness, Surface};
 use lissom::joint::{Joint, JointForces};
-use lissom::model::{InImpact, Parting};
+use lissom::model::{InImpact, Separation};
 use lissom::robot::{Link, Robot, RobotModel};
 
 const RADIUS: f64 = 0.1;
@@ -31,7 +31,7 @@ fn balls(of_each: &[(f64, f64)], gravity: f64) -> RobotModel {
 }
 
 /// The first ball comes with a speed and is stopped in a step of size `h`, at whose end it overlaps by `depth`; another one is far above.
-fn parting(masses: &[f64], speed: f64, depth: f64, gravity: f64, h: f64) -> Parting {
+fn separation(masses: &[f64], speed: f64, depth: f64, gravity: f64, h: f64) -> Separation {
     let of_each: Vec<_> = masses.iter().map(|&mass| (mass, 1e6 * mass)).collect();
     let mut model = balls(&of_each, gravity);
     let n = masses.len();
@@ -39,20 +39,20 @@ fn parting(masses: &[f64], speed: f64, depth: f64, gravity: f64, h: f64) -> Part
     (q[0], before[0], a[0]) = (RADIUS - depth, -speed, 1e6 * depth - gravity);
     let mut after = before.clone();
     after[0] = 0.0;
-    model.parting(&before, [&q, &after, &a], h, h)
+    model.separation(&before, [&q, &after, &a], h, h)
 }
 
 #[test]
 fn a_ball_that_is_stopped_would_fly_for_two_speeds_over_the_weight() {
     let h = 1e-2;
     for masses in [&[1.0][..], &[1e-6], &[1.0, 1e6], &[1e-3, 1e6]] {
-        let found = parting(masses, 2.0, 1e-3, 9.81, h);
+        let found = separation(masses, 2.0, 1e-3, 9.81, h);
         assert!((found.flight * 9.81 * h / 4.0 - 1.0).abs() < 1e-9, "{masses:?}: {found:?}");
         assert!((found.impact * 1e3 / PI - 1.0).abs() < 1e-9, "{masses:?}: {found:?}");
     }
-    assert_eq!(parting(&[1.0], 2.0, 1e-3, 0.0, h).flight, f64::INFINITY);
+    assert_eq!(separation(&[1.0], 2.0, 1e-3, 0.0, h).flight, f64::INFINITY);
     // Ten steps of this size follow the impact.
-    assert_eq!(parting(&[1.0], 2.0, 1e-3, 9.81, 3e-4).flight, 0.0);
+    assert_eq!(separation(&[1.0], 2.0, 1e-3, 9.81, 3e-4).flight, 0.0);
 }
 
 #[test]
@@ -61,7 +61,7 @@ fn what_rests_does_not_part_and_what_is_pressed_does() {
     let mut model = balls(&[(1.0, 1e6)], gravity);
     let mut from = |depth: f64, speed: f64| {
         let (q, v, a) = ([RADIUS - depth], [speed], [1e6 * depth - gravity]);
-        model.parting(&v, [&q, &v, &a], 0.0, h).flight
+        model.separation(&v, [&q, &v, &a], 0.0, h).flight
     };
     let at_rest = gravity / 1e6;
     assert_eq!(from(at_rest, 0.0), 0.0);

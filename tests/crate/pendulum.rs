@@ -3,7 +3,7 @@
 
 use lissom::linalg::Matrix;
 use lissom::model::{
-    Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, SingularMass, Smooth,
+    Autonomous, Dynamics, Elastic, Energy, Facts, ForwardScratch, InvalidShape, SingularMass, Smooth,
 };
 use lissom::pendulum::SpringPendulum;
 use proptest::prelude::*;
@@ -36,7 +36,7 @@ impl Dynamics for Generic {
     fn supplied_power(&mut self, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
         0.0
     }
-    fn flaw(&mut self, _: &[f64]) -> Option<Flaw> {
+    fn invalid_shape(&mut self, _: &[f64]) -> Option<InvalidShape> {
         None
     }
 }

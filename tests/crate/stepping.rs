@@ -2,7 +2,9 @@
 
 use lissom::error::{Interrupted, InvalidInput};
 use lissom::linalg::Matrix;
-use lissom::model::{Differentiable, Dynamics, Elastic, Energy, Facts, Flaw, InTime, InertiaMatrix, Smooth};
+use lissom::model::{
+    Differentiable, Dynamics, Elastic, Energy, Facts, InTime, InertiaMatrix, InvalidShape, Smooth,
+};
 use lissom::newmark::{self, Parameters, Scheme, StepSize};
 use lissom::simulate::{Control, Simulation, simulate, simulate_controlled};
 use lissom::stepping::{Method, Run};
@@ -100,7 +102,7 @@ impl Dynamics for Oscillator {
     fn supplied_power(&mut self, _: &[f64], qd: &[f64], _: &[f64]) -> f64 {
         self.force() * qd[0]
     }
-    fn flaw(&mut self, _: &[f64]) -> Option<Flaw> {
+    fn invalid_shape(&mut self, _: &[f64]) -> Option<InvalidShape> {
         None
     }
     fn tip(&mut self, q: &[f64]) -> [f64; 3] {

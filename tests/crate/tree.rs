@@ -1,7 +1,9 @@
 //! Matrices of trees and their solves against dense ones, for random generators and random rods.
 
 use lissom::linalg::{Lu, Matrix, Singular, TreeLu, TreeMatrix};
-use lissom::model::{Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, Smooth, Tree};
+use lissom::model::{
+    Autonomous, Dynamics, Elastic, Energy, Facts, ForwardScratch, InvalidShape, Smooth, Tree,
+};
 use lissom::newmark;
 use lissom::robot::{RobotModel, Rod, Solve};
 use lissom::rod::{Section, Segment};
@@ -481,7 +483,7 @@ impl Dynamics for Two {
     fn tip(&mut self, _q: &[f64]) -> [f64; 3] {
         [0.0; 3]
     }
-    fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
+    fn invalid_shape(&mut self, _q: &[f64]) -> Option<InvalidShape> {
         None
     }
 }

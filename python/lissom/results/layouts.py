@@ -72,7 +72,7 @@ LAYOUTS: Mapping[str, Mapping[str, str]] = {
 }
 
 
-def flaw(name: str, thing: Any) -> str:
+def mismatch(name: str, thing: Any) -> str:
     """Which attribute of an object of this class has another layout; empty if none has."""
     model = getattr(thing, "_model", None)
     sizes = {} if model is None else {"n": model.n}

@@ -316,9 +316,9 @@ def _of_fields(name: str, found: dict[str, Any]) -> Any:
 
 
 def _laid_out(name: str, thing: Any) -> Any:
-    flaw = layouts.flaw(name, thing)
-    if flaw:
-        raise Damaged(f"{name}.{flaw} has not the type or the length that it should have")
+    mismatch = layouts.mismatch(name, thing)
+    if mismatch:
+        raise Damaged(f"{name}.{mismatch} has not the type or the length that it should have")
     return thing
 
 

@@ -4,7 +4,7 @@ use super::equilibria::Lost;
 use crate::analysis::reach::Error;
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
-use crate::model::Flaw;
+use crate::model::InvalidShape;
 use crate::numerics::roots::least_squares::{Counters, End};
 use crate::robot::{Pose, Robot};
 
@@ -133,10 +133,10 @@ pub(super) fn message(
         Status::EquilibriumLost => {
             let why = match lost {
                 Some(Lost::Limit) | None => "beyond these inputs it buckles or snaps to another shape",
-                Some(Lost::Continuation(statics::Status::Invalid(Flaw::Inverted { .. }))) => {
+                Some(Lost::Continuation(statics::Status::Invalid(InvalidShape::Inverted { .. }))) => {
                     "beyond these inputs a rod would be turned inside out"
                 }
-                Some(Lost::Continuation(statics::Status::Invalid(Flaw::Unresolved { .. }))) => {
+                Some(Lost::Continuation(statics::Status::Invalid(InvalidShape::Unresolved { .. }))) => {
                     "beyond these inputs a rod turns too much for its quadrature `nodes`"
                 }
                 Some(Lost::Continuation(_)) => {

@@ -30,7 +30,7 @@ use crate::analysis::reach::misfit::Misfit;
 use crate::analysis::statics::Monitor;
 use crate::description::joint::Joint;
 use crate::error::{InvalidInput, Unfinished};
-use crate::model::{Flaw, rotation_vectors};
+use crate::model::{InvalidShape, rotation_vectors};
 use crate::numerics::linalg::norm;
 use crate::numerics::roots::least_squares::{Bounds, Counters, End, Options, SecondOrder, solve};
 use crate::robot::{Link, Robot, RobotModel};
@@ -54,7 +54,7 @@ pub enum Status {
     /// No step, however short, reduces the distances.
     Stalled,
     /// The search led to shapes that the model cannot represent.
-    Invalid(Flaw),
+    Invalid(InvalidShape),
     /// The monitor asked to stop.
     Interrupted,
 }
@@ -71,9 +71,13 @@ impl Status {
             Self::Fitted => "fitted",
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
-            Self::Invalid(Flaw::Unresolved { .. }) => "unresolved",
-            Self::Invalid(Flaw::Inverted { .. }) => "inverted",
-            Self::Invalid(Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. }) => "collapsed",
+            Self::Invalid(InvalidShape::Unresolved { .. }) => "unresolved",
+            Self::Invalid(InvalidShape::Inverted { .. }) => "inverted",
+            Self::Invalid(
+                InvalidShape::Collapsed { .. }
+                | InvalidShape::Open { .. }
+                | InvalidShape::DeepPenetration { .. },
+            ) => "collapsed",
             Self::Interrupted => "interrupted",
         }
     }
@@ -132,7 +136,7 @@ pub fn coordinates_of(
         Err(Unreached::Input(error)) => return Err(error),
         Err(Unreached::Interrupted) => (vec![0.0; alone.coordinates()], true),
     };
-    let (end, flaw, counters) = if is_interrupted {
+    let (end, invalid_shape, counters) = if is_interrupted {
         (End::Interrupted, None, Counters::default())
     } else {
         descend(&mut model, &targets, &mut q, monitor)
@@ -140,7 +144,7 @@ pub fn coordinates_of(
     let status = match end {
         End::Root | End::Minimum => Status::Fitted,
         End::IterationLimit => Status::IterationLimit,
-        End::Stalled | End::NonFinite => flaw.map_or(Status::Stalled, Status::Invalid),
+        End::Stalled | End::NonFinite => invalid_shape.map_or(Status::Stalled, Status::Invalid),
         End::Interrupted => Status::Interrupted,
     };
     let mut rates = vec![0.0; q.len()];
@@ -173,7 +177,7 @@ fn descend(
     targets: &[Target],
     q: &mut Vec<f64>,
     monitor: Monitor<'_>,
-) -> (End, Option<Flaw>, Counters) {
+) -> (End, Option<InvalidShape>, Counters) {
     let robot = model.description().clone();
     let has_frames = targets.iter().any(|target| target.orientation.is_some());
     let mut bounds = Bounds::none(q.len());
@@ -189,7 +193,7 @@ fn descend(
         Options { tolerance: TOLERANCE, terms: 1.0, max_iter: MAX_ITER, second_order: SecondOrder::Never };
     let outcome = solve(&mut misfit, &mut x, &bounds, &options).unwrap_or_else(Unfinished::into_inner);
     *q = misfit.coordinates(&x);
-    (outcome.end, misfit.flaw, outcome.counters)
+    (outcome.end, misfit.invalid_shape, outcome.counters)
 }
 
 fn message(found: &Followed) -> String {
@@ -201,8 +205,8 @@ fn message(found: &Followed) -> String {
         Status::Stalled => {
             "No step, however short, brings the rod nearer, although the derivatives predict it.".to_owned()
         }
-        Status::Invalid(flaw) => format!(
-            "The search ended at a shape in which a rod {flaw}. Check the units and the order of the points, or give the segments \
+        Status::Invalid(invalid_shape) => format!(
+            "The search ended at a shape in which a rod {invalid_shape}. Check the units and the order of the points, or give the segments \
              more `nodes`."
         ),
         Status::Interrupted => "The search was interrupted.".to_owned(),

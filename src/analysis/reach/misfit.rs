@@ -3,7 +3,7 @@
 use super::target::Target;
 use crate::analysis::statics::Monitor;
 use crate::error::Interrupted;
-use crate::model::{Dynamics as _, Elastic as _, Flaw, rotation_vectors};
+use crate::model::{Dynamics as _, Elastic as _, InvalidShape, rotation_vectors};
 use crate::numerics::lie::{Quaternion, Rotation, Vector, rotation_vector_rate};
 use crate::numerics::linalg::{Matrix, norm};
 use crate::numerics::roots::System;
@@ -53,7 +53,7 @@ pub(crate) struct Misfit<'a, 'b> {
     /// Indices of the rotation vectors that may be replaced by shorter ones.
     rotation_vectors: Vec<usize>,
     /// Problem of the last invalid shape.
-    pub(crate) flaw: Option<Flaw>,
+    pub(crate) invalid_shape: Option<InvalidShape>,
 }
 
 impl<'a, 'b> Misfit<'a, 'b> {
@@ -101,7 +101,7 @@ impl<'a, 'b> Misfit<'a, 'b> {
             of_pose: Matrix::zeros(6, n),
             alike: true,
             rotation_vectors,
-            flaw: None,
+            invalid_shape: None,
         }
     }
 
@@ -139,9 +139,9 @@ impl<'a, 'b> Misfit<'a, 'b> {
     /// Differences in the shape x; NaN for invalid shapes.
     fn evaluate(&mut self, x: &[f64], residual: &mut [f64]) {
         self.set(x);
-        let flaw = self.model.flaw(&self.q);
-        if flaw.is_some() {
-            self.flaw = flaw;
+        let invalid_shape = self.model.invalid_shape(&self.q);
+        if invalid_shape.is_some() {
+            self.invalid_shape = invalid_shape;
             residual.fill(f64::NAN);
             return;
         }

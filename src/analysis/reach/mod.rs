@@ -120,7 +120,7 @@ fn search(
     let mut counters = Counters::default();
     let mut x = scaled(q0);
     let mut best = descend(&mut misfit, &mut x, &scaled_bounds, &search);
-    let mut flaw = misfit.flaw;
+    let mut invalid_shape = misfit.invalid_shape;
     counters += best.counters;
     let mut starts = Starts::new(&robot, q0, bounds);
     let mut tried = 1;
@@ -128,7 +128,7 @@ fn search(
         tried += 1;
         let q = starts.next();
         let mut other: Vec<f64> = q.iter().zip(&misfit.sizes).map(|(q, size)| q / size).collect();
-        misfit.flaw = None;
+        misfit.invalid_shape = None;
         let found = descend(&mut misfit, &mut other, &scaled_bounds, &search);
         counters += found.counters;
         if found.end == End::Interrupted {
@@ -137,11 +137,11 @@ fn search(
                 x = other;
             }
         } else if found.norm < BETTER * best.norm || found.end == End::Root {
-            (best, x, flaw) = (found, other, misfit.flaw);
+            (best, x, invalid_shape) = (found, other, misfit.invalid_shape);
         }
     }
-    let mut status = Status::of(best.end, !best.held.is_empty(), flaw);
-    misfit.flaw = None;
+    let mut status = Status::of(best.end, !best.held.is_empty(), invalid_shape);
+    misfit.invalid_shape = None;
     misfit.count_alike(true);
     if let Some(form) = form.filter(|_| status == Status::Reached) {
         let mut preferred = x.clone();
@@ -160,7 +160,7 @@ fn search(
     let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
     let held = if status == Status::AtLimits { best.held } else { Vec::new() };
     let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-    let message = outcome::message(status, &robot, of_links, &held, tried, misfit.flaw);
+    let message = outcome::message(status, &robot, of_links, &held, tried, misfit.invalid_shape);
     let reached = Reached { q, status, message, errors, poses, held, starts: tried, counters };
     if status == Status::Interrupted { Err(Unfinished::new(reached)) } else { Ok(reached) }
 }

@@ -1,7 +1,7 @@
 //! The result of a search for a shape.
 
 use super::misfit::Error;
-use crate::model::{Flaw, at_least};
+use crate::model::{InvalidShape, at_least};
 use crate::numerics::roots::least_squares::{Counters, End};
 use crate::robot::{Pose, Robot};
 
@@ -21,19 +21,19 @@ pub enum Status {
     /// No step, however short, reduces the errors.
     Stalled,
     /// The search leads to invalid shapes.
-    Invalid(Flaw),
+    Invalid(InvalidShape),
     /// The monitor asked to stop.
     Interrupted,
 }
 
 impl Status {
-    pub(super) fn of(end: End, is_held: bool, flaw: Option<Flaw>) -> Self {
+    pub(super) fn of(end: End, is_held: bool, invalid_shape: Option<InvalidShape>) -> Self {
         match end {
             End::Root => Self::Reached,
             End::Minimum if is_held => Self::AtLimits,
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
-            End::Stalled | End::NonFinite => flaw.map_or(Self::Stalled, Self::Invalid),
+            End::Stalled | End::NonFinite => invalid_shape.map_or(Self::Stalled, Self::Invalid),
             End::Interrupted => Self::Interrupted,
         }
     }
@@ -52,11 +52,11 @@ impl Status {
             Self::AtLimits => "at_limits",
             Self::IterationLimit => "iteration_limit",
             Self::Stalled => "stalled",
-            Self::Invalid(Flaw::Unresolved { .. }) => "unresolved",
-            Self::Invalid(Flaw::Inverted { .. }) => "inverted",
-            Self::Invalid(Flaw::Collapsed { .. }) => "collapsed",
-            Self::Invalid(Flaw::Open { .. }) => "loop_open",
-            Self::Invalid(Flaw::Sunk { .. }) => "sunk",
+            Self::Invalid(InvalidShape::Unresolved { .. }) => "unresolved",
+            Self::Invalid(InvalidShape::Inverted { .. }) => "inverted",
+            Self::Invalid(InvalidShape::Collapsed { .. }) => "collapsed",
+            Self::Invalid(InvalidShape::Open { .. }) => "loop_open",
+            Self::Invalid(InvalidShape::DeepPenetration { .. }) => "sunk",
             Self::Interrupted => "interrupted",
         }
     }
@@ -84,14 +84,14 @@ pub struct Reached {
     pub counters: Counters,
 }
 
-/// Describes the result; `flaw` is the problem of the last invalid shape of the search.
+/// Describes the result; `invalid_shape` is the problem of the last invalid shape of the search.
 pub(super) fn message(
     status: Status,
     robot: &Robot,
     errors: impl Iterator<Item = (usize, Error)>,
     held: &[usize],
     starts: usize,
-    flaw: Option<Flaw>,
+    invalid_shape: Option<InvalidShape>,
 ) -> String {
     let from = if starts == 1 { "one start".to_owned() } else { format!("{starts} starts") };
     let said = match status {
@@ -99,8 +99,8 @@ pub(super) fn message(
         Status::NotSettled => {
             let reached = "All targets are reached, but the search for the preferred shape among those that reach \
                            them did not converge";
-            return match flaw {
-                Some(flaw) => format!("{reached}: it leads to shapes in which a rod {flaw}. Start elsewhere."),
+            return match invalid_shape {
+                Some(invalid_shape) => format!("{reached}: it leads to shapes in which a rod {invalid_shape}. Start elsewhere."),
                 None => format!(
                     "{reached}. At the edge of the workspace there is nothing to choose: leave `prefer` out; \
                      otherwise start elsewhere."
@@ -128,14 +128,14 @@ pub(super) fn message(
                 .to_owned()
         }
         Status::Interrupted => format!("The search was interrupted; this is the best shape from {from} until then."),
-        Status::Invalid(flaw) => {
-            let nodes = match flaw {
-                Flaw::Unresolved { shortage } => format!(" It needs more `nodes`{}.", at_least(shortage)),
-                Flaw::Inverted { .. } | Flaw::Collapsed { .. } | Flaw::Open { .. } | Flaw::Sunk { .. } => {
+        Status::Invalid(invalid_shape) => {
+            let nodes = match invalid_shape {
+                InvalidShape::Unresolved { shortage } => format!(" It needs more `nodes`{}.", at_least(shortage)),
+                InvalidShape::Inverted { .. } | InvalidShape::Collapsed { .. } | InvalidShape::Open { .. } | InvalidShape::DeepPenetration { .. } => {
                     String::new()
                 }
             };
-            format!("The search ended at a shape in which a rod {flaw}.{nodes} Start elsewhere.")
+            format!("The search ended at a shape in which a rod {invalid_shape}.{nodes} Start elsewhere.")
         }
     };
     let left = errors.map(|(link, error)| {

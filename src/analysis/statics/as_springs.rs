@@ -8,8 +8,8 @@ use crate::error::Interrupted;
 use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{
-    Dynamics, Elastic, Energy, Facts, Flaw, InContact, InTime, OneSided, Overlap, Radius, Reached, Sprung,
-    Static, Switch, Untied,
+    Dynamics, Elastic, Energy, Facts, InContact, InTime, InvalidShape, OneSided, Overlap, Radius, Reached,
+    Sprung, Static, Switch, Untied,
 };
 use crate::numerics::linalg::Matrix;
 
@@ -215,8 +215,8 @@ impl Untied for AsSprings<'_> {}
 
 /// Its loops are springs. One-sided constraints remain one-sided; their multipliers are the opposite of the springs' forces.
 impl OneSided for AsSprings<'_> {
-    fn held(&self) -> Vec<bool> {
-        self.model.held()
+    fn active(&self) -> Vec<bool> {
+        self.model.active()
     }
 
     fn release(&mut self, multipliers: &[f64]) {
@@ -234,7 +234,7 @@ impl OneSided for AsSprings<'_> {
 
     fn release_open(&mut self, _q: &[f64], _qd: Option<&[f64]>) {}
 
-    fn keep_held(&mut self, _is_kept: bool) {}
+    fn keep_active_set(&mut self, _is_kept: bool) {}
 
     fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
         Vec::new()
@@ -282,12 +282,12 @@ impl InContact for AsSprings<'_> {
         self.model.work_of_interactions(q, work);
     }
 
-    fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
+    fn deep_penetration(&mut self, q: &[f64]) -> Option<InvalidShape> {
         self.model.deep_penetration(q)
     }
 
-    fn note_surfaces(&mut self, q: &[f64]) {
-        self.model.note_surfaces(q);
+    fn store_surfaces(&mut self, q: &[f64]) {
+        self.model.store_surfaces(q);
     }
 
     fn have_tunnelled(&mut self, q: &[f64], radius: Radius) -> bool {
@@ -352,7 +352,7 @@ impl Dynamics for AsSprings<'_> {
         self.model.supplied_power(q, qd, qdd)
     }
 
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.flaw(q)
+    fn invalid_shape(&mut self, q: &[f64]) -> Option<InvalidShape> {
+        self.model.invalid_shape(q)
     }
 }

@@ -6,7 +6,7 @@
 
 use super::equations::{Equations, Linear, State, Step};
 use crate::error::Interrupted;
-use crate::model::Flaw;
+use crate::model::InvalidShape;
 use crate::numerics::linalg::symmetric_part;
 use crate::numerics::linalg::{Cholesky, Lu, dot, norm};
 
@@ -57,7 +57,7 @@ pub(super) enum Descent {
     /// No step, however short, decreases the energy.
     Stalled,
     /// The descent leads to invalid shapes.
-    Invalid(Flaw),
+    Invalid(InvalidShape),
     /// Forces are not finite at the start.
     NonFinite,
 }
@@ -126,10 +126,10 @@ pub(super) fn descend(
         equations.counters.iterations += 1;
         let Some(linear) = equations.linearise(state)? else { return Ok(Descent::NonFinite) };
         shift = if shift > FIRST_SHIFT { shift / (SHIFT_FACTOR * SHIFT_FACTOR) } else { 0.0 };
-        let mut flaw = None;
+        let mut invalid_shape = None;
         loop {
             let Some((step, length)) = shifted.step(&linear, &mut shift, radius) else {
-                return Ok(flaw.map_or(Descent::Stalled, Descent::Invalid));
+                return Ok(invalid_shape.map_or(Descent::Stalled, Descent::Invalid));
             };
             let mut trial = state.clone();
             linear.advance(&mut trial, &step, &equations.sizes);
@@ -143,7 +143,9 @@ pub(super) fn descend(
             let work = here.work(&there, &trial.since(state, &equations.sizes));
             // Half of R.x + x.K x with (K + shift) x = -R.
             let promised = 0.5 * (dot(&linear.residual, &shifted.x) - shift * dot(&shifted.x, &shifted.x));
-            let inverted = equations.flaw(&trial.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
+            let inverted = equations
+                .invalid_shape(&trial.q)
+                .filter(|invalid_shape| matches!(invalid_shape, InvalidShape::Inverted { .. }));
             let is_sound = work.is_finite()
                 && inverted.is_none()
                 && !equations.have_tunnelled(&state.q, &trial.q, length);
@@ -159,13 +161,13 @@ pub(super) fn descend(
                 here = there;
                 break;
             }
-            flaw = inverted;
+            invalid_shape = inverted;
             if length <= if equations.has_contact() { AT_KINKS * TRUSTED } else { TRUSTED } {
                 // The remaining residual is rounding.
-                return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && flaw.is_none() {
+                return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && invalid_shape.is_none() {
                     Descent::Converged { step_norm: length, residual_norm }
                 } else {
-                    flaw.map_or(Descent::Stalled, Descent::Invalid)
+                    invalid_shape.map_or(Descent::Stalled, Descent::Invalid)
                 });
             }
         }

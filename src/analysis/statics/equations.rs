@@ -9,7 +9,7 @@ use crate::analysis::stability;
 use crate::analysis::stability::Verdict;
 use crate::error::Interrupted;
 use crate::model::springs::Springs;
-use crate::model::{Flaw, Radius, Static, Switch, rotation_vectors};
+use crate::model::{InvalidShape, Radius, Static, Switch, rotation_vectors};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
 /// Cost of a search.
@@ -226,8 +226,8 @@ impl<'a> Equations<'a> {
     }
 
     /// Problem of an invalid shape; `None` for a valid one.
-    pub(super) fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
-        self.model.flaw(q)
+    pub(super) fn invalid_shape(&mut self, q: &[f64]) -> Option<InvalidShape> {
+        self.model.invalid_shape(q)
     }
 
     /// Whether surfaces pass through each other on the path between two shapes, of this scaled length.
@@ -239,7 +239,7 @@ impl<'a> Equations<'a> {
             return false;
         }
         let inside = ladder::inside(&mut *self.model, [from, to]);
-        self.model.note_surfaces(from);
+        self.model.store_surfaces(from);
         let parts = (length / PART).ceil().max(1.0) as usize;
         let mut q = vec![0.0; from.len()];
         (1..=parts).any(|part| {
@@ -250,7 +250,7 @@ impl<'a> Equations<'a> {
     }
 
     /// Problem of a shape with deep penetration; `None` otherwise.
-    pub(super) fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
+    pub(super) fn deep_penetration(&mut self, q: &[f64]) -> Option<InvalidShape> {
         self.model.deep_penetration(q)
     }
 
@@ -285,7 +285,7 @@ impl<'a> Equations<'a> {
     /// Whether `switch` would change anything.
     pub(super) fn would_switch(&mut self, state: &State) -> Result<bool, Interrupted> {
         let held: Vec<f64> =
-            self.model.held().into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
+            self.model.active().into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
         let would_switch = self.switch(&mut state.clone())?;
         if would_switch {
             self.model.release(&held);

@@ -230,7 +230,7 @@ fn follow_from(
     options: &ContinuationOptions,
 ) -> Result<(Status, f64), Interrupted> {
     let mut place = follower.start(start.clone(), options.direction.as_deref())?;
-    if place.is_none() && options.q0.is_none() && follower.flaw.is_none() {
+    if place.is_none() && options.q0.is_none() && follower.invalid_shape.is_none() {
         // Newton's method alone does not find springs at rest beyond stops, from before these.
         let mut state = start;
         let max_iter = Options::default().max_iter;
@@ -240,7 +240,7 @@ fn follow_from(
         }
     }
     Ok(match place {
-        None => (follower.flaw.map_or(Status::NoStart, Status::Invalid), options.load_factor),
+        None => (follower.invalid_shape.map_or(Status::NoStart, Status::Invalid), options.load_factor),
         Some(mut place) => {
             let end = follower.follow(&mut place)?;
             (Status::of_continuation(end), place.state.load_factor)
@@ -254,7 +254,7 @@ impl Status {
             End::UpperBound | End::LowerBound => Self::Finished,
             End::StepTooSmall => Self::StepTooSmall,
             End::TooManySteps => Self::TooManySteps,
-            End::Invalid(flaw) => Self::Invalid(flaw),
+            End::Invalid(invalid_shape) => Self::Invalid(invalid_shape),
         }
     }
 }
@@ -392,7 +392,7 @@ fn release(
         Ended::IterationLimit => Status::IterationLimit,
         Ended::Stalled => Status::Stalled,
         Ended::Unheld => Status::Unheld,
-        Ended::Invalid(flaw) => Status::Invalid(flaw),
+        Ended::Invalid(invalid_shape) => Status::Invalid(invalid_shape),
         Ended::NonFinite => Status::NonFinite,
         Ended::WithoutPotential => {
             let mut descended = without_potential(model, &q, options, monitor)?;
@@ -571,7 +571,7 @@ fn descend_from(equations: &mut Equations<'_>, q0: &[f64], options: &Options) ->
         Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
         Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
         Descent::Stalled => (Status::Stalled, f64::NAN, f64::NAN),
-        Descent::Invalid(flaw) => (Status::Invalid(flaw), f64::NAN, f64::NAN),
+        Descent::Invalid(invalid_shape) => (Status::Invalid(invalid_shape), f64::NAN, f64::NAN),
         Descent::NonFinite => (Status::NonFinite, f64::NAN, f64::NAN),
     };
     judge(equations, Found::new(status, state, step_norm, residual_norm), Path::default())
@@ -716,9 +716,10 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
         })?;
     }
     if status.is_success()
-        && let Some(flaw) = equations.flaw(&state.q).or_else(|| equations.deep_penetration(&state.q))
+        && let Some(invalid_shape) =
+            equations.invalid_shape(&state.q).or_else(|| equations.deep_penetration(&state.q))
     {
-        status = Status::Invalid(flaw);
+        status = Status::Invalid(invalid_shape);
     }
     let linear = equations.linearise(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?;
     let stiffness = linear.as_ref().map(Stiffness::new);

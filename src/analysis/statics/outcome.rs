@@ -3,7 +3,7 @@
 use super::equations::Counters;
 use super::path::{CriticalKind, Path};
 use crate::analysis::stability::{Stability, Verdict};
-use crate::model::{Flaw, Overlap, Static, at_least};
+use crate::model::{InvalidShape, Overlap, Static, at_least};
 use crate::numerics::roots;
 
 /// Status of a search.
@@ -30,7 +30,7 @@ pub enum Status {
     /// Forces or stiffnesses are not finite.
     NonFinite,
     /// The equilibrium, or the next point of the path, is an invalid shape.
-    Invalid(Flaw),
+    Invalid(InvalidShape),
     /// Newton's method from the start failed.
     Newton(roots::Status),
     /// The monitor asked to stop.
@@ -56,11 +56,11 @@ impl Status {
             Self::Stalled => "stalled",
             Self::Unheld => "unheld",
             Self::NonFinite => "non_finite",
-            Self::Invalid(Flaw::Unresolved { .. }) => "unresolved",
-            Self::Invalid(Flaw::Inverted { .. }) => "inverted",
-            Self::Invalid(Flaw::Collapsed { .. }) => "collapsed",
-            Self::Invalid(Flaw::Open { .. }) => "loop_open",
-            Self::Invalid(Flaw::Sunk { .. }) => "sunk",
+            Self::Invalid(InvalidShape::Unresolved { .. }) => "unresolved",
+            Self::Invalid(InvalidShape::Inverted { .. }) => "inverted",
+            Self::Invalid(InvalidShape::Collapsed { .. }) => "collapsed",
+            Self::Invalid(InvalidShape::Open { .. }) => "loop_open",
+            Self::Invalid(InvalidShape::DeepPenetration { .. }) => "sunk",
             Self::Newton(status) => status.name(),
             Self::Interrupted => "interrupted",
         }
@@ -106,27 +106,27 @@ impl Status {
                              equilibrium that way. Hold it by a joint, a support, a tendon or a contact; `q` is the last shape."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
-            Self::Invalid(flaw) => {
-                let cure = match flaw {
-                    Flaw::Unresolved { shortage } => {
+            Self::Invalid(invalid_shape) => {
+                let cure = match invalid_shape {
+                    InvalidShape::Unresolved { shortage } => {
                         format!("Give the segment more `nodes`{}", at_least(shortage))
                     }
-                    Flaw::Inverted { .. } => "The compression exceeds the axial stiffness of the rod, where linear elasticity does \
+                    InvalidShape::Inverted { .. } => "The compression exceeds the axial stiffness of the rod, where linear elasticity does \
                                               not hold"
                         .to_owned(),
-                    Flaw::Open { .. } => {
+                    InvalidShape::Open { .. } => {
                         "Start from a `q0` in which the loops are nearly closed; loops that conflict cannot be closed at all"
                             .to_owned()
                     }
-                    Flaw::Sunk { .. } => {
+                    InvalidShape::DeepPenetration { .. } => {
                         "Start from a `q0` that touches nothing, or give the contact more `stiffness`".to_owned()
                     }
-                    Flaw::Collapsed { .. } => {
+                    InvalidShape::Collapsed { .. } => {
                         "The tendon's force then has no direction: pull less, or keep the points apart with a joint that has `limits`"
                             .to_owned()
                     }
                 };
-                format!("The search ended at load factor {load_factor:.6} in an invalid shape: the model {flaw}. {cure}.")
+                format!("The search ended at load factor {load_factor:.6} in an invalid shape: the model {invalid_shape}. {cure}.")
             }
             Self::Newton(status) => status.message().to_owned(),
             Self::Interrupted => {

@@ -12,7 +12,7 @@ use super::equations::{Equations, Linear, State, Step};
 use super::stability::{NEUTRAL, Stiffness};
 use crate::analysis::stability::Stability;
 use crate::error::Interrupted;
-use crate::model::Flaw;
+use crate::model::InvalidShape;
 use crate::model::constraint::one_sided::most_switches;
 use crate::numerics::linalg::{dot, norm, norm_inf};
 use crate::numerics::roots::bracket::{Point, find_zero};
@@ -36,7 +36,7 @@ const FIRST_STEP_OF_BRANCH: f64 = 0.1;
 const SHORTEST_STEP: f64 = 1e-9;
 
 /// Limit of the step length towards invalid shapes.
-const SHORTEST_STEP_TO_FLAW: f64 = 1e-4;
+const SHORTEST_STEP_TO_INVALID: f64 = 1e-4;
 
 /// Largest deviation of a step's end from its predicted end, relative to the step's length; beyond, the step
 /// is shortened. The load factor is checked separately, because in flexible models paths with very different
@@ -156,7 +156,7 @@ pub(super) enum End {
     StepTooSmall,
     TooManySteps,
     /// Further equilibria are invalid shapes.
-    Invalid(Flaw),
+    Invalid(InvalidShape),
 }
 
 /// Last equilibrium of a path.
@@ -178,7 +178,7 @@ pub(super) struct Follower<'a, 'b> {
     /// Scaled derivative of the coordinates with respect to the load factor at the start.
     compliance: f64,
     /// Problem of the invalid shape to which the last step led, if any.
-    pub(super) flaw: Option<Flaw>,
+    pub(super) invalid_shape: Option<InvalidShape>,
     /// Whether a long turn has deviated from its prediction, so that no more are allowed.
     is_winding: bool,
 }
@@ -191,7 +191,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             limits,
             is_branch: false,
             compliance: 0.0,
-            flaw: None,
+            invalid_shape: None,
             is_winding: false,
         }
     }
@@ -222,8 +222,8 @@ impl<'a, 'b> Follower<'a, 'b> {
             let Some(there) = self.equations.linearise(&start)? else { return Ok(None) };
             linear = there;
         }
-        self.flaw = self.equations.flaw(&start.q);
-        if self.flaw.is_some() {
+        self.invalid_shape = self.equations.invalid_shape(&start.q);
+        if self.invalid_shape.is_some() {
             return Ok(None);
         }
         let stiffness = Stiffness::new(&linear);
@@ -276,8 +276,10 @@ impl<'a, 'b> Follower<'a, 'b> {
                     break;
                 }
                 step = length * CUT;
-                match self.flaw {
-                    Some(flaw) if step < SHORTEST_STEP_TO_FLAW => return Ok(End::Invalid(flaw)),
+                match self.invalid_shape {
+                    Some(invalid_shape) if step < SHORTEST_STEP_TO_INVALID => {
+                        return Ok(End::Invalid(invalid_shape));
+                    }
                     None if step < SHORTEST_STEP => match self.step_over_corner(place)? {
                         Some(next) => {
                             step = FIRST_STEP_OF_BRANCH;
@@ -342,7 +344,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         length: f64,
         landing: Option<f64>,
     ) -> Result<Option<Place>, Interrupted> {
-        self.flaw = None;
+        self.invalid_shape = None;
         let mut state = place.state.clone();
         state.advance(&place.direction, length, &self.equations.sizes);
         let (predicted, sizes) = (state.clone(), self.equations.sizes.clone());
@@ -375,8 +377,8 @@ impl<'a, 'b> Follower<'a, 'b> {
             self.is_winding = true;
             return Ok(None);
         }
-        self.flaw = self.equations.flaw(&state.q);
-        if self.flaw.is_some() {
+        self.invalid_shape = self.equations.invalid_shape(&state.q);
+        if self.invalid_shape.is_some() {
             return Ok(None);
         }
         if self.equations.would_switch(&state)? {
@@ -419,8 +421,8 @@ impl<'a, 'b> Follower<'a, 'b> {
         let moved = norm(&state.since(&place.state, &self.equations.sizes).scaled[..n]);
         let is_near = moved <= ALONG_CORNER * step * steepest;
         let is_same = place.stiffness.changes_until(&stiffness).is_empty();
-        self.flaw = self.equations.flaw(&state.q);
-        let is_good = is_near && is_same && self.flaw.is_none() && stiffness.lowest.is_finite();
+        self.invalid_shape = self.equations.invalid_shape(&state.q);
+        let is_good = is_near && is_same && self.invalid_shape.is_none() && stiffness.lowest.is_finite();
         Ok(is_good.then_some(Place { state, direction, stiffness, corrected }))
     }
 

@@ -30,8 +30,8 @@ pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, Inv
     closing::close(model, &mut q);
     match model.open_loop(&q) {
         None => Ok(q),
-        Some(flaw) => {
-            let found = format_args!("a start that {flaw} and cannot be closed from there");
+        Some(invalid_shape) => {
+            let found = format_args!("a start that {invalid_shape} and cannot be closed from there");
             let expected = "a start closer to a closed shape, and loops that do not contradict each other";
             Err(InvalidInput::new("q0", found, expected))
         }
@@ -51,7 +51,7 @@ pub(super) fn judged(
         return found;
     }
     let status = match model.open_loop(&found.q) {
-        Some(flaw) => Status::Invalid(flaw),
+        Some(invalid_shape) => Status::Invalid(invalid_shape),
         None if search::is_open(model, &found.q) || search::multipliers_are_rounding(model, &found.q) => {
             Status::Stalled
         }

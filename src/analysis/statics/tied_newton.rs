@@ -186,7 +186,7 @@ impl Approached {
         let is_right = is_plain
             && self.has_converged
             && model.open_loop(&self.q).is_none()
-            && model.flaw(&self.q).is_none();
+            && model.invalid_shape(&self.q).is_none();
         if !is_right {
             return None;
         }

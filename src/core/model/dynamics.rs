@@ -1,7 +1,7 @@
 //! Forces, inertia and energies of a mechanical system.
 
-use super::flaw::{Flaw, at_least};
 use super::forward::{ForwardScratch, Mass, SingularMass, Tree};
+use super::invalid_shape::{InvalidShape, at_least};
 use super::{Energy, Facts};
 use crate::error::InvalidInput;
 use crate::numerics::linalg::{Matrix, TreeLu, TreeMatrix};
@@ -94,26 +94,26 @@ pub trait Dynamics {
     fn supplied_power(&mut self, q: &[f64], qd: &[f64], qdd: &[f64]) -> f64;
 
     /// Reason why results for this shape are meaningless; `None` for a valid shape.
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw>;
+    fn invalid_shape(&mut self, q: &[f64]) -> Option<InvalidShape>;
 
     /// Rejects an invalid shape; `place` is the name of `q`.
     fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
-        let Some(flaw) = self.flaw(q) else { return Ok(()) };
-        let expected = match flaw {
-            Flaw::Unresolved { shortage } => format!(
+        let Some(invalid_shape) = self.invalid_shape(q) else { return Ok(()) };
+        let expected = match invalid_shape {
+            InvalidShape::Unresolved { shortage } => format!(
                 "a shape that the nodes resolve: smaller curvatures, more segments, or more `nodes`{}",
                 at_least(shortage)
             ),
-            Flaw::Inverted { .. } => {
+            InvalidShape::Inverted { .. } => {
                 "a stretch (reference strain and modes together) > 0 all along".to_owned()
             }
-            Flaw::Open { .. } => "a shape with closed loops".to_owned(),
-            Flaw::Sunk { .. } => "surfaces that overlap by less than a radius".to_owned(),
-            Flaw::Collapsed { .. } => {
+            InvalidShape::Open { .. } => "a shape with closed loops".to_owned(),
+            InvalidShape::DeepPenetration { .. } => "surfaces that overlap by less than a radius".to_owned(),
+            InvalidShape::Collapsed { .. } => {
                 "points apart from each other where a tendon pulls between them".to_owned()
             }
         };
-        Err(InvalidInput::new(place, format_args!("a rod that {flaw}"), expected))
+        Err(InvalidInput::new(place, format_args!("a rod that {invalid_shape}"), expected))
     }
 
     /// Accelerations of the free motion: solves `M qdd = -tau(q, qd, 0)` for `tau(q, qd, qdd) = 0`, by

@@ -1,6 +1,6 @@
 //! One-sided forces of a model: contacts, joint stops and tendons that can become slack.
 
-use super::{Beside, Dynamics, Flaw, Impact, Parting, Radius};
+use super::{Dynamics, GainCheck, Impact, InvalidShape, Radius, Separation};
 use crate::numerics::linalg::Matrix;
 
 /// Surfaces and stops count as only just touching up to this part of the lengths of which their gap is a difference: ten times the
@@ -81,10 +81,10 @@ pub trait InContact: Dynamics {
     fn work_of_interactions(&mut self, q: &[f64], work: &mut [f64]);
 
     /// A contact whose surfaces overlap by more than a radius, if any.
-    fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw>;
+    fn deep_penetration(&mut self, q: &[f64]) -> Option<InvalidShape>;
 
     /// Stores the positions of surfaces in a shape, from which [`Self::have_tunnelled`] continues.
-    fn note_surfaces(&mut self, q: &[f64]);
+    fn store_surfaces(&mut self, q: &[f64]);
 
     /// Whether surfaces pass through each other, or overlap by more than half of the given radius, on the
     /// straight path from the stored shape to `q`. Stores `q` afterwards.
@@ -108,11 +108,11 @@ pub trait InImpact: InContact {
 
     /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to the given motion is too hard
     /// for the step.
-    fn is_jolted(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;
+    fn has_unresolved_impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;
 
     /// How touching surfaces separate again whose impacts take less than ten steps of size `h`, in seconds. `v_before` are the
     /// velocities at the time `since` earlier. Allocates if surfaces approach each other.
-    fn parting(&mut self, v_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Parting;
+    fn separation(&mut self, v_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Separation;
 
     /// Whether surfaces have touched in any state evaluated since the last call.
     fn take_touched(&mut self) -> bool;
@@ -121,7 +121,7 @@ pub trait InImpact: InContact {
     fn may_touch(&self) -> bool;
 
     /// Whether the energy rose over such a step by more than the error of a step that resolves its impacts.
-    fn gains_energy(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool;
+    fn gains_energy(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64, check: GainCheck) -> bool;
 
     /// The hardest impact in such a step, and the energy that it took from the motion.
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact>;

@@ -13,6 +13,7 @@
 
 #[doc(hidden)]
 pub mod chart;
+mod colliding_parts;
 #[doc(hidden)]
 pub mod constraint;
 mod differentiable;
@@ -20,13 +21,12 @@ mod dynamics;
 mod elastic;
 mod energy;
 mod facts;
-mod flaw;
 mod forward;
 mod in_contact;
 mod in_time;
+mod invalid_shape;
 mod passing;
 pub mod pendulum;
-mod pressed;
 mod refinable;
 #[doc(hidden)]
 pub mod rotation_vectors;
@@ -34,24 +34,24 @@ mod smooth;
 pub mod springs;
 mod tied;
 
+#[doc(hidden)]
+pub use colliding_parts::CollidingParts;
 pub use differentiable::Differentiable;
 pub use dynamics::Dynamics;
 pub(crate) use dynamics::forward_dynamics;
 pub use elastic::{Elastic, Sprung};
 pub use energy::Energy;
 pub use facts::Facts;
-#[doc(hidden)]
-pub use flaw::at_least;
-pub use flaw::{Constraint, Flaw, Radius};
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub(crate) use in_contact::REACHED;
 pub use in_contact::{InContact, InImpact, Overlap, Reached};
 pub use in_time::{Excitation, InTime};
-pub use passing::{Beside, Holding, Impact, Parting};
+#[doc(hidden)]
+pub use invalid_shape::at_least;
+pub use invalid_shape::{Constraint, InvalidShape, Radius};
+pub use passing::{EnergySnapshot, GainCheck, Impact, Separation};
 #[doc(hidden)]
 pub use passing::{have_missed, have_tunnelled, may_miss};
-#[doc(hidden)]
-pub use pressed::Pressed;
 pub use refinable::{MissingStrain, Refinable};
 pub use smooth::{Autonomous, Smooth, Untied};
 pub use tied::{OneSided, Switch, Tied};

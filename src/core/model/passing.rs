@@ -6,7 +6,7 @@ use crate::numerics::hermite;
 
 /// Energies and supplied power of a motion at a time.
 #[derive(Clone, Copy, Debug)]
-pub struct Holding {
+pub struct EnergySnapshot {
     /// Total energy, in joules.
     pub total: f64,
     /// Kinetic energy.
@@ -34,7 +34,7 @@ pub struct Impact {
 
 /// How touching surfaces separate again, with steps of one size.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Parting {
+pub struct Separation {
     /// Largest number of steps until they touch again: zero if none separate, infinite if nothing presses them together.
     pub flight: f64,
     /// Duration of the shortest of these impacts, in seconds; zero if there are none.
@@ -43,7 +43,7 @@ pub struct Parting {
     pub speed: f64,
 }
 
-impl Parting {
+impl Separation {
     /// The extremes of two sets of surfaces.
     pub fn and(self, other: Self) -> Self {
         let impact = if self.impact == 0.0 || other.impact == 0.0 {
@@ -55,15 +55,15 @@ impl Parting {
     }
 }
 
-/// Reference for a gain of energy.
+/// The test of a gain of energy over a step.
 #[derive(Clone, Copy, Debug)]
-pub enum Beside {
-    /// The kinetic energy.
-    Motion,
-    /// Kinetic and elastic energy, of a step whose errors are losses unless it is too long for what moves.
-    Whole,
-    /// The same where no shorter step can be made: a gain of half of this is an explosion.
-    All,
+pub enum GainCheck {
+    /// Relative to the kinetic energy.
+    Kinetic,
+    /// Relative to the kinetic and elastic energy: for steps that only lose energy unless they are too long for the motion.
+    Mechanical,
+    /// Relative to the same, for steps that cannot be shortened: a gain of half of it is an explosion.
+    Explosion,
 }
 
 /// Overlaps within a step of up to this part of the model's length may be missed.
@@ -81,7 +81,7 @@ pub fn have_tunnelled<'a, M: Static + ?Sized>(
     for (i, (t, q)) in way.enumerate() {
         model.set_time(t)?;
         if i == 0 {
-            model.note_surfaces(q);
+            model.store_surfaces(q);
         } else if model.have_tunnelled(q, radius) {
             return Ok(true);
         }
@@ -152,7 +152,7 @@ fn have_touched<M: Model + ?Sized>(
     let looks = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MOST_LOOKS as f64) as usize;
     let mut has_touched = false;
     model.set_time(t)?;
-    model.note_surfaces(ends[0]);
+    model.store_surfaces(ends[0]);
     for look in 1..=looks {
         let x = look as f64 / looks as f64;
         hermite::cubics(x, h, ends, rates, q);

@@ -12,7 +12,7 @@
 
 use crate::error::{Checker, InvalidInput};
 use crate::model::{
-    Autonomous, Dynamics, Elastic, Energy, Facts, Flaw, ForwardScratch, SingularMass, Smooth,
+    Autonomous, Dynamics, Elastic, Energy, Facts, ForwardScratch, InvalidShape, SingularMass, Smooth,
 };
 use crate::numerics::lie::sine_cosine;
 use crate::numerics::linalg::Matrix;
@@ -159,7 +159,7 @@ impl Dynamics for SpringPendulum {
         0.0
     }
 
-    fn flaw(&mut self, _q: &[f64]) -> Option<Flaw> {
+    fn invalid_shape(&mut self, _q: &[f64]) -> Option<InvalidShape> {
         None
     }
 

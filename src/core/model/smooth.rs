@@ -1,9 +1,9 @@
 //! Marker traits for models of one's own without time dependence, constraints, contacts and so on.
 
 use super::{
-    Beside, Differentiable, Dynamics, Elastic, Excitation, Flaw, Impact, InContact, InImpact, InTime,
-    InertiaMatrix, MissingStrain, OneSided, Overlap, Parting, Radius, Reached, Refinable, Sprung, Switch,
-    Tied,
+    Differentiable, Dynamics, Elastic, Excitation, GainCheck, Impact, InContact, InImpact, InTime,
+    InertiaMatrix, InvalidShape, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Separation,
+    Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -112,13 +112,13 @@ impl<M: Untied> Tied for M {
 
     fn gap_jacobian(&mut self, _q: &[f64], _jacobian: &mut Matrix) {}
 
-    fn open_loop(&mut self, _q: &[f64]) -> Option<Flaw> {
+    fn open_loop(&mut self, _q: &[f64]) -> Option<InvalidShape> {
         None
     }
 }
 
 impl<M: Smooth> OneSided for M {
-    fn held(&self) -> Vec<bool> {
+    fn active(&self) -> Vec<bool> {
         Vec::new()
     }
 
@@ -130,7 +130,7 @@ impl<M: Smooth> OneSided for M {
         Switch::Nothing
     }
 
-    fn keep_held(&mut self, _is_kept: bool) {}
+    fn keep_active_set(&mut self, _is_kept: bool) {}
 
     fn passed(&mut self, _q: &[f64], _qd: &[f64]) -> Vec<[f64; 2]> {
         Vec::new()
@@ -184,11 +184,11 @@ impl<M: Smooth> InContact for M {
         work.fill(0.0);
     }
 
-    fn deep_penetration(&mut self, _q: &[f64]) -> Option<Flaw> {
+    fn deep_penetration(&mut self, _q: &[f64]) -> Option<InvalidShape> {
         None
     }
 
-    fn note_surfaces(&mut self, _q: &[f64]) {}
+    fn store_surfaces(&mut self, _q: &[f64]) {}
 
     fn have_tunnelled(&mut self, _q: &[f64], _radius: Radius) -> bool {
         false
@@ -210,12 +210,12 @@ impl<M: Smooth> InImpact for M {
         false
     }
 
-    fn is_jolted(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
+    fn has_unresolved_impact(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false
     }
 
-    fn parting(&mut self, _v_before: &[f64], _motion: [&[f64]; 3], _since: f64, _h: f64) -> Parting {
-        Parting::default()
+    fn separation(&mut self, _v_before: &[f64], _motion: [&[f64]; 3], _since: f64, _h: f64) -> Separation {
+        Separation::default()
     }
 
     fn take_touched(&mut self) -> bool {
@@ -226,7 +226,13 @@ impl<M: Smooth> InImpact for M {
         false
     }
 
-    fn gains_energy(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64, _beside: Beside) -> bool {
+    fn gains_energy(
+        &mut self,
+        _before: [&[f64]; 2],
+        _motion: [&[f64]; 3],
+        _h: f64,
+        _check: GainCheck,
+    ) -> bool {
         false
     }
 

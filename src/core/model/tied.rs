@@ -1,6 +1,6 @@
 //! Constraints of a model, such as closed loops.
 
-use super::{Dynamics, Flaw};
+use super::{Dynamics, InvalidShape};
 use crate::numerics::linalg::Matrix;
 
 /// Change of the set of active constraints.
@@ -39,13 +39,13 @@ pub trait Tied: Dynamics {
 
     /// The constraint with the largest gap in a shape, if the gap exceeds the error of a method that enforces
     /// constraints.
-    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw>;
+    fn open_loop(&mut self, q: &[f64]) -> Option<InvalidShape>;
 }
 
 /// One-sided constraints, the last ones of a model ([`is_one_sided`](super::Facts::is_one_sided)): inextensible tendons.
 pub trait OneSided: Dynamics {
     /// Which constraints are active.
-    fn held(&self) -> Vec<bool>;
+    fn active(&self) -> Vec<bool>;
 
     /// Makes exactly the constraints with non-zero multipliers active.
     fn release(&mut self, multipliers: &[f64]);
@@ -60,7 +60,7 @@ pub trait OneSided: Dynamics {
 
     /// Fixes the active set, so that [`Self::release_open`] and [`Self::switch`] change nothing, or ends that. For methods that locate
     /// changes of the active set themselves.
-    fn keep_held(&mut self, is_kept: bool);
+    fn keep_active_set(&mut self, is_kept: bool);
 
     /// Violation of every one-sided constraint, active or not, and its rate, in units of [`gap_sizes`](super::Facts::gap_sizes); at
     /// corners in time, the rate after the corner. Their rows are the last ones. Allocates.

@@ -96,7 +96,7 @@ mod tests {
     use std::sync::atomic::AtomicUsize;
     use std::time::Instant;
 
-    fn go_on() -> Result<(), Interrupted> {
+    fn never_interrupt() -> Result<(), Interrupted> {
         Ok(())
     }
 
@@ -109,7 +109,7 @@ mod tests {
                     *item += 1;
                     Ok(())
                 };
-                for_each(&mut items, workers, work, &mut go_on).unwrap();
+                for_each(&mut items, workers, work, &mut never_interrupt).unwrap();
                 assert_eq!(items, (1..=count).collect::<Vec<_>>(), "{count} items, {workers} workers");
             }
         }
@@ -123,7 +123,7 @@ mod tests {
             if *item == 3 { Err(Interrupted) } else { Ok(()) }
         };
         let mut items: Vec<usize> = (0..1000).collect();
-        assert!(for_each(&mut items, 1, work, &mut go_on).is_err());
+        assert!(for_each(&mut items, 1, work, &mut never_interrupt).is_err());
         assert_eq!(done.into_inner(), 4);
     }
 
@@ -146,7 +146,7 @@ mod tests {
             assert!(*item < 2, "the work on an item fails");
             Ok(())
         };
-        let outcome = std::panic::catch_unwind(|| for_each(&mut [0, 1, 2, 3], 2, work, &mut go_on));
+        let outcome = std::panic::catch_unwind(|| for_each(&mut [0, 1, 2, 3], 2, work, &mut never_interrupt));
         assert!(outcome.is_err());
     }
 }

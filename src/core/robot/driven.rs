@@ -6,7 +6,7 @@
 //! `J_all G`. The sweeps treat all coordinates alike; robots without driven joints skip this step.
 
 use super::description::{Driven, Robot, origin};
-use crate::description::signal::Sight;
+use crate::description::signal::StepContext;
 use crate::description::world::base_motion::MovingBase;
 use crate::description::world::smooth::Smooth;
 use crate::error::Interrupted;
@@ -28,7 +28,7 @@ struct Reduction {
     varies_in_time: bool,
     time: f64,
     /// How prescribed motions are evaluated.
-    sight: Sight,
+    step_context: StepContext,
     /// o and its first two derivatives.
     offset: [Vec<f64>; 3],
     /// Coordinates, velocities and accelerations.
@@ -83,7 +83,7 @@ impl Coordinates {
                 .filter_map(|link| link.driven.as_ref())
                 .any(Driven::varies_in_time),
             time: f64::NAN,
-            sight: Sight::EXACT,
+            step_context: StepContext::EXACT,
             offset: [(); 3].map(|()| vec![0.0; all]),
             state: [(); 3].map(|()| vec![0.0; all]),
             forces: vec![0.0; all],
@@ -131,9 +131,9 @@ impl Coordinates {
         let Some(reduction) = self.0.as_mut().filter(|reduction| reduction.varies_in_time) else {
             return Ok(());
         };
-        let passed = std::mem::replace(&mut reduction.sight.passed, t);
+        let passed = std::mem::replace(&mut reduction.step_context.passed, t);
         let after = reduction.set_time(t).map(|()| reduction.offset[1].clone());
-        reduction.sight.passed = passed;
+        reduction.step_context.passed = passed;
         let after = after?;
         reduction.set_time(t)?;
         // Not the motion at this time: it must be set again.
@@ -148,14 +148,14 @@ impl Coordinates {
     /// From now on, prescribed velocities at `t` are those after a jump.
     pub(crate) fn pass_jump(&mut self, t: f64) {
         if let Some(reduction) = &mut self.0 {
-            (reduction.sight.passed, reduction.time) = (t, f64::NAN);
+            (reduction.step_context.passed, reduction.time) = (t, f64::NAN);
         }
     }
 
-    /// From now on, prescribed velocities are means over this many seconds; see [`Sight`].
+    /// From now on, prescribed velocities are means over this many seconds; see [`StepContext`].
     pub(crate) fn mean_rates_over(&mut self, seconds: f64) {
         if let Some(reduction) = &mut self.0 {
-            (reduction.sight.mean_over, reduction.time) = (seconds, f64::NAN);
+            (reduction.step_context.mean_over, reduction.time) = (seconds, f64::NAN);
         }
     }
 
@@ -385,18 +385,18 @@ impl Reduction {
 
     fn set_time(&mut self, t: f64) -> Result<(), Interrupted> {
         self.time = f64::NAN;
-        let Self { prescribed, offset, sight, .. } = self;
+        let Self { prescribed, offset, step_context, .. } = self;
         for coordinate in prescribed.iter() {
             match coordinate {
                 Prescribed::Coordinate { place, signal, factor, offset: constant } => {
-                    let motion = signal.motion(t, *sight)?;
+                    let motion = signal.motion(t, *step_context)?;
                     for (order, offset) in offset.iter_mut().enumerate() {
                         offset[*place] = factor * motion[order][0];
                     }
                     offset[0][*place] += constant;
                 }
                 Prescribed::Base { first, motion } => {
-                    let motion = motion.coordinates(t, *sight)?;
+                    let motion = motion.coordinates(t, *step_context)?;
                     for (offset, motion) in offset.iter_mut().zip(&motion) {
                         offset[*first..first + 6].copy_from_slice(motion);
                     }

@@ -9,7 +9,7 @@ use crate::model::Excitation;
 
 /// Number of times that a step is shortened because its end is invalid, such as a rotation too large for one step. Steps can grow
 /// tenfold at once, so that several attempts may be needed.
-pub(crate) const MOST_UNSOUND: usize = 5;
+pub(crate) const MAX_INVALID_ATTEMPTS: usize = 5;
 
 /// Smallest step, in spacings of floating-point numbers (as in SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
@@ -57,7 +57,7 @@ pub(crate) trait Adaptive: Stepper {
 }
 
 /// Makes a step of the wanted size, or a shorter one if its equations cannot be solved, its error is too large, or its diagnosis is
-/// not [`Diagnosis::Sound`]. Returns the size of the next step; if steps became too small, the reason of the last failure.
+/// not [`Diagnosis::Valid`]. Returns the size of the next step; if steps became too small, the reason of the last failure.
 pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
     stepper: &mut A,
     system: &mut S,
@@ -68,7 +68,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
     let horizon = system.model().map_or(f64::INFINITY, |model| model.horizon(t));
     let end = end_of_step(t, t_end, horizon);
     let mut wanted = wanted.clamp(smallest.min(largest), largest);
-    let (mut again, mut unsound, mut failure) = (false, 0, Failure::NotConverged);
+    let (mut again, mut invalid, mut failure) = (false, 0, Failure::NotConverged);
     loop {
         let is_last = t + wanted * (1.0 + ROUNDING_OF_STEPS) >= end;
         if wanted.is_nan() || wanted < smallest && (again || !is_last) {
@@ -81,12 +81,13 @@ pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
         wanted = match tried {
             Tried::Good(factor) => {
                 let (ends, unilateral) = stepper.tried();
-                let kind = Kind::Adaptive { bends: A::BENDS, is_judged: A::BENDS && unsound < MOST_UNSOUND };
+                let kind =
+                    Kind::Adaptive { bends: A::BENDS, is_judged: A::BENDS && invalid < MAX_INVALID_ATTEMPTS };
                 let found = match system.model() {
                     Some(model) => unilateral.diagnose(model, &ends, kind)?,
-                    None => Diagnosis::Sound,
+                    None => Diagnosis::Valid,
                 };
-                if found == Diagnosis::Sound {
+                if found == Diagnosis::Valid {
                     // The last step is short because the interval ends, so that it must not shorten the next one.
                     let next = if is_last {
                         wanted.max(stepper.next_size(h, h, factor))
@@ -96,7 +97,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
                     stepper.accept(system)?;
                     return Ok(Ok(next));
                 }
-                unsound += 1;
+                invalid += 1;
                 stepper.counters().rejected += 1;
                 A::CUT * h
             }

@@ -4,8 +4,8 @@ use super::impacts::{Impacts, Remedy};
 use crate::error::{Interrupted, Number};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    Beside, Facts, Flaw, ForwardScratch, Holding, Model, Parting, Pressed, Radius, have_missed,
-    have_tunnelled, may_miss,
+    CollidingParts, EnergySnapshot, Facts, ForwardScratch, GainCheck, InvalidShape, Model, Radius,
+    Separation, have_missed, have_tunnelled, may_miss,
 };
 use crate::numerics::hermite;
 use crate::numerics::tape::Tape;
@@ -25,9 +25,9 @@ const CHANGED: f64 = 2e-3;
 /// what a step without memory does.
 const FLIGHT: f64 = 4.0;
 
-/// Whether impacts matter with this parting of the surfaces: a criterion that only involves the colliding parts, the same in any frame.
-pub(crate) fn matters(parting: &Parting) -> bool {
-    parting.flight > FLIGHT
+/// Whether impacts matter with this separation of the surfaces: a criterion that only involves the colliding parts, the same in any frame.
+pub(crate) fn matters(separation: &Separation) -> bool {
+    separation.flight > FLIGHT
 }
 
 /// The first of these problems that an attempted step has.
@@ -48,7 +48,7 @@ pub(crate) enum Diagnosis {
     /// The step about doubles the energy: bodies leave each other through another side than they entered
     /// (`test_stiff_boxes_do_not_gain_energy`).
     Explodes,
-    Sound,
+    Valid,
 }
 
 /// The kind of an attempted step.
@@ -102,7 +102,7 @@ impl<'a> Ends<'a> {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Unilateral {
     /// Steps still to be made without memory, because one met something that it did not resolve.
-    pub(super) unsettled: usize,
+    pub(super) steps_without_memory: usize,
     /// Whether surfaces touch, now and in the step that is tried.
     pub(super) touches: bool,
     pub(super) will_touch: bool,
@@ -113,7 +113,7 @@ pub(crate) struct Unilateral {
     /// meet in it would separate.
     resolves: bool,
     size: f64,
-    parting: Parting,
+    separation: Separation,
     /// Whether the last step was made once more by a method that resolves its impacts, and whether the one after it excites what it does not
     /// resolve.
     pub(super) resumes: bool,
@@ -125,9 +125,9 @@ pub(crate) struct Unilateral {
     first_snap: f64,
     /// The end of the first of the last steps without inertia that end in unstable equilibria.
     unstable_from: Option<f64>,
-    pressed: Pressed,
+    colliding_parts: CollidingParts,
     /// What the motion has now, if surfaces touch and the last step followed their forces.
-    pub(super) holding: Option<Holding>,
+    pub(super) snapshot: Option<EnergySnapshot>,
     /// Displacements somewhere on the way, and memory of [`have_missed`].
     place: Vec<f64>,
     memory: Vec<f64>,
@@ -152,7 +152,7 @@ impl Unilateral {
             Kind::Adaptive { is_judged: false, .. } => false,
             Kind::Adaptive { .. } => {
                 model.set_time(t)?;
-                has_contact && model.gains_energy(ends.before(), ends.after(), ends.h, Beside::Motion)
+                has_contact && model.gains_energy(ends.before(), ends.after(), ends.h, GainCheck::Kinetic)
             }
             Kind::WithMemory => self.is_unresolved(model, ends)?,
             Kind::WithoutInertia | Kind::WithoutMemory | Kind::Last => false,
@@ -161,11 +161,12 @@ impl Unilateral {
             return Ok(Diagnosis::Unresolved);
         }
         if let Kind::Adaptive { is_judged, .. } = kind {
-            let is_invalid = is_judged && matches!(model.flaw(q), Some(Flaw::Unresolved { .. }));
-            return Ok(if is_invalid { Diagnosis::Invalid } else { Diagnosis::Sound });
+            let is_invalid =
+                is_judged && matches!(model.invalid_shape(q), Some(InvalidShape::Unresolved { .. }));
+            return Ok(if is_invalid { Diagnosis::Invalid } else { Diagnosis::Valid });
         }
         model.set_time(t)?;
-        if model.flaw(q).is_some() || model.deep_penetration(q).is_some() {
+        if model.invalid_shape(q).is_some() || model.deep_penetration(q).is_some() {
             return Ok(Diagnosis::Invalid);
         }
         if has_contact
@@ -177,11 +178,11 @@ impl Unilateral {
             return Ok(Diagnosis::Crossed);
         }
         let explodes = match kind {
-            Kind::WithoutMemory => self.gains_energy(model, ends, Beside::Whole)?,
-            Kind::Last => self.gains_energy(model, ends, Beside::All)?,
+            Kind::WithoutMemory => self.gains_energy(model, ends, GainCheck::Mechanical)?,
+            Kind::Last => self.gains_energy(model, ends, GainCheck::Explosion)?,
             Kind::Adaptive { .. } | Kind::WithMemory | Kind::WithoutInertia => false,
         };
-        Ok(if explodes { Diagnosis::Explodes } else { Diagnosis::Sound })
+        Ok(if explodes { Diagnosis::Explodes } else { Diagnosis::Valid })
     }
 
     fn has_missed<M: Model + ?Sized>(
@@ -222,9 +223,10 @@ impl Unilateral {
             return Ok(false);
         }
         let a = set_motion(model, ends.t[1], ends.q[1], ends.a[1])?;
-        let is_jolted = model.is_jolted(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
+        let has_unresolved_impact =
+            model.has_unresolved_impact(ends.before(), [ends.q[1], ends.v[1], a], ends.h);
         self.will_touch = model.is_touched();
-        Ok(is_jolted || self.gains_energy(model, ends, Beside::Motion)?)
+        Ok(has_unresolved_impact || self.gains_energy(model, ends, GainCheck::Kinetic)?)
     }
 
     /// Whether surfaces that touch at one of its ends, or did on the way to the solution of its equations, make the step gain energy:
@@ -234,13 +236,13 @@ impl Unilateral {
         &self,
         model: &mut M,
         ends: &Ends<'_>,
-        beside: Beside,
+        check: GainCheck,
     ) -> Result<bool, Interrupted> {
         if !model.facts().has_contact || !(self.touches || self.has_touched || model.is_touched()) {
             return Ok(false);
         }
         model.set_time(ends.t[1])?;
-        Ok(model.gains_energy(ends.before(), ends.after(), ends.h, beside))
+        Ok(model.gains_energy(ends.before(), ends.after(), ends.h, check))
     }
 
     /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
@@ -287,38 +289,38 @@ impl Unilateral {
             return Ok(());
         }
         let motions = [0, 1].map(|i| [ends.q[i], ends.v[i], ends.a[i]]);
-        let before = match self.holding.take() {
-            Some(holding) => Some(holding),
-            None => holding(model, ends.t[0], motions[0])?,
+        let before = match self.snapshot.take() {
+            Some(snapshot) => Some(snapshot),
+            None => snapshot(model, ends.t[0], motions[0])?,
         };
-        let after = holding(model, ends.t[1], motions[1])?;
+        let after = snapshot(model, ends.t[1], motions[1])?;
         if let (Some(before), Some(after)) = (&before, &after) {
             // The parts that take part are found at an end at which surfaces touch.
-            self.pressed.find(model, motions[usize::from(self.will_touch)]);
+            self.colliding_parts.find(model, motions[usize::from(self.will_touch)]);
             let states = motions.map(|[q, v, _]| [q, v]);
             let kinetic = [(states[0], before), (states[1], after)]
-                .map(|(state, holding)| self.pressed.kinetic(model, state, holding.kinetic));
-            let gain = self.pressed.gain(model, states[0], states[1], after.total - before.total);
+                .map(|(state, snapshot)| self.colliding_parts.kinetic(model, state, snapshot.kinetic));
+            let gain = self.colliding_parts.gain(model, states[0], states[1], after.total - before.total);
             let lost = 0.5 * ends.h * (before.supplied + after.supplied) - gain;
             self.impacts.follow(lost, kinetic[0].max(kinetic[1]), after.elastic);
         }
-        self.holding = after.filter(|_| self.will_touch);
+        self.snapshot = after.filter(|_| self.will_touch);
         Ok(())
     }
 
     /// A slack tendon becomes taut in the next step, which, like those after it, is made without memory.
     pub(crate) fn stop(&mut self) {
-        self.unsettled = STEPS_AFTER_STOP + 1;
+        self.steps_without_memory = STEPS_AFTER_STOP + 1;
     }
 
     /// Velocities were projected onto the taut tendons: at most one step without memory remains, and only with contact.
-    pub(crate) fn go_on(&mut self, has_contact: bool) {
-        self.unsettled = self.unsettled.min(usize::from(has_contact));
+    pub(crate) fn resume_after_stop(&mut self, has_contact: bool) {
+        self.steps_without_memory = self.steps_without_memory.min(usize::from(has_contact));
     }
 
     /// What acts has jumped, or velocities have.
     pub(crate) fn forget(&mut self) {
-        self.holding = None;
+        self.snapshot = None;
     }
 
     /// Steps of fixed size are made once more where impacts matter, or not.
@@ -341,11 +343,11 @@ impl Unilateral {
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
-        (self.size, self.parting, self.is_excited) = (h, Parting::default(), false);
+        (self.size, self.separation, self.is_excited) = (h, Separation::default(), false);
     }
 
     /// Records how surfaces that meet in a step, or in a part of one, or that touch at its start only, would separate.
-    pub(super) fn follow_parting<M: Model + ?Sized>(
+    pub(super) fn follow_separation<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
@@ -353,25 +355,25 @@ impl Unilateral {
         if !self.resolves {
             return Ok(());
         }
-        let parting = if self.will_touch || self.touches {
+        let separation = if self.will_touch || self.touches {
             let (end, since) = if self.will_touch { (1, ends.h) } else { (0, 0.0) };
             let a = set_motion(model, ends.t[end], ends.q[end], ends.a[end])?;
-            model.parting(ends.v[0], [ends.q[end], ends.v[end], a], since, self.size)
+            model.separation(ends.v[0], [ends.q[end], ends.v[end], a], since, self.size)
         } else if self.has_touched {
-            self.parting_unpushed(model, ends)?
+            self.separation_without_contact(model, ends)?
         } else {
             return Ok(());
         };
-        self.parting = self.parting.and(parting);
+        self.separation = self.separation.and(separation);
         Ok(())
     }
 
     /// How surfaces would separate that meet in a step and are apart at its end, by their overlap without contact forces. Allocates.
-    fn parting_unpushed<M: Model + ?Sized>(
+    fn separation_without_contact<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         ends: &Ends<'_>,
-    ) -> Result<Parting, Interrupted> {
+    ) -> Result<Separation, Interrupted> {
         let [q, v] = ends.before();
         self.place.clear();
         self.place.extend(q.iter().zip(v).map(|(q, v)| q + ends.h * v));
@@ -380,31 +382,31 @@ impl Unilateral {
         if !model.overlaps(&self.place)
             || model.forward_dynamics(&self.place, v, &mut a, &mut scratch).is_err()
         {
-            return Ok(Parting::default());
+            return Ok(Separation::default());
         }
-        Ok(model.parting(v, [&self.place, v, &a], ends.h, self.size))
+        Ok(model.separation(v, [&self.place, v, &a], ends.h, self.size))
     }
 
     /// How surfaces that have met in the last step of fixed size would separate.
-    pub(crate) fn parting(&self) -> Parting {
-        self.parting
+    pub(crate) fn separation(&self) -> Separation {
+        self.separation
     }
 
     /// Whether the energy of impacts that the last step has stopped counts as lost: not if impacts are resolved and these do not matter.
     pub(super) fn counts(&self) -> bool {
-        !self.resolves || matters(&self.parting)
+        !self.resolves || matters(&self.separation)
     }
 
     /// The last step was repeated with resolved impacts and has lost nothing. Accelerations of unresolved vibrations would add energy in
     /// the next step, which is therefore made without memory if it is [excited](Self::is_excited).
     pub(crate) fn resolve(&mut self, touches: bool) {
         self.impacts = self.impacts.without_losses_since(&self.impacts_before);
-        (self.unsettled, self.resumes, self.touches) = (1, true, touches);
+        (self.steps_without_memory, self.resumes, self.touches) = (1, true, touches);
         self.forget();
     }
 
     /// Records whether the step without inertia to this time ends in a stable equilibrium.
-    pub(crate) fn note_stability(&mut self, t: f64, is_stable: bool) {
+    pub(crate) fn record_stability(&mut self, t: f64, is_stable: bool) {
         if is_stable {
             self.unstable_from = None;
         } else {
@@ -413,7 +415,7 @@ impl Unilateral {
     }
 
     /// Records that the shape has snapped to another one in the step to this time.
-    pub(crate) fn note_snap(&mut self, t: f64) {
+    pub(crate) fn record_snap(&mut self, t: f64) {
         if self.snaps == 0 {
             self.first_snap = t;
         }
@@ -449,7 +451,7 @@ impl Unilateral {
 
     /// Serialises all data that persist from step to step.
     pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
-        tape.below(STEPS_AFTER_STOP + 1, &mut self.unsettled);
+        tape.below(STEPS_AFTER_STOP + 1, &mut self.steps_without_memory);
         tape.flag(&mut self.touches);
         tape.flag(&mut self.resumes);
         self.impacts.serialise(tape);
@@ -458,11 +460,11 @@ impl Unilateral {
 
 /// Energies and supplied power of a state; `None` for models with dissipation, which is inaccurate within impacts, and for models
 /// whose base or loads vary in time, whose power is known at single times only.
-fn holding<M: Model + ?Sized>(
+fn snapshot<M: Model + ?Sized>(
     model: &mut M,
     t: f64,
     [q, v, a]: [&[f64]; 3],
-) -> Result<Option<Holding>, Interrupted> {
+) -> Result<Option<EnergySnapshot>, Interrupted> {
     let Facts { is_damped, is_driven, is_carried, varies_in_time, .. } = *model.facts();
     if is_carried || varies_in_time || is_damped {
         return Ok(None);
@@ -470,5 +472,10 @@ fn holding<M: Model + ?Sized>(
     model.set_time(t)?;
     let energy = model.energy(q, v);
     let supplied = if is_driven { model.supplied_power(q, v, &a[..q.len()]) } else { 0.0 };
-    Ok(Some(Holding { total: energy.total(), kinetic: energy.kinetic, elastic: energy.elastic, supplied }))
+    Ok(Some(EnergySnapshot {
+        total: energy.total(),
+        kinetic: energy.kinetic,
+        elastic: energy.elastic,
+        supplied,
+    }))
 }

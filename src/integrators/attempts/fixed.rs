@@ -80,15 +80,15 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         // 1. By the scheme of the method. If the step is too long for an impact, it is rejected: the accelerations that the scheme
         // remembers would throw the surfaces apart faster than they approached (Acary 2015).
         let resumes = self.unilateral().resumes;
-        if (self.unilateral().unsettled == 0 || resumes)
+        if (self.unilateral().steps_without_memory == 0 || resumes)
             && self.try_step(t_new, h, Memory::Kept)?.is_ok()
-            && self.diagnose(Memory::Kept)? == Diagnosis::Sound
+            && self.diagnose(Memory::Kept)? == Diagnosis::Valid
             && !(resumes && self.excites()?)
         {
             let (ends, unilateral) = self.stepper.tried();
-            unilateral.unsettled = 0;
+            unilateral.steps_without_memory = 0;
             unilateral.follow_impact(model_of(self.system), &ends)?;
-            unilateral.follow_parting(model_of(self.system), &ends)?;
+            unilateral.follow_separation(model_of(self.system), &ends)?;
             self.accept()?;
             return Ok(Ok(()));
         }
@@ -102,7 +102,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         // that (`test_contact_hard`), and so do surfaces that would pass through each other (`test_contact_passing`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS)?.is_ok() {
             let unilateral = self.unilateral();
-            unilateral.unsettled = unilateral.unsettled.max(1);
+            unilateral.steps_without_memory = unilateral.steps_without_memory.max(1);
             return Ok(Ok(()));
         }
         // 4. The whole step without memory: if its end is invalid for any size, the run reports why (`sunk`, `unresolved`).
@@ -130,7 +130,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         // 3. If there is none, the shape snaps to another one, or falls until something holds it: parts with inertia, by the backward
         // Euler method, which removes the energy (`test_static_friction_lets_go`, `test_what_snaps_goes_over_to_the_next_equilibrium`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS_OF_SNAPS)?.is_ok() {
-            self.unilateral().note_snap(t_new);
+            self.unilateral().record_snap(t_new);
             return Ok(Ok(()));
         }
         Ok(Err(failure))
@@ -176,11 +176,11 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         if T::IS_PLAIN || memory == Memory::Kept && self.stepper.has_inertia() {
             self.stepper.accept(self.system)?;
         } else if !self.stepper.has_inertia() {
-            if self.diagnose(memory)? != Diagnosis::Sound {
+            if self.diagnose(memory)? != Diagnosis::Valid {
                 return Ok(Err(Failure::NotConverged));
             }
             self.accept()?;
-        } else if self.diagnose(memory)? == Diagnosis::Sound {
+        } else if self.diagnose(memory)? == Diagnosis::Valid {
             self.accept_without_memory()?;
         } else {
             return Ok(Err(Failure::NotConverged));
@@ -192,11 +192,11 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
     fn accept_without_memory(&mut self) -> Result<(), Interrupted> {
         let (ends, unilateral) = self.stepper.tried();
         let model = model_of(self.system);
-        unilateral.unsettled = match unilateral.is_unresolved(model, &ends)? {
-            true => unilateral.unsettled.saturating_sub(1).max(1),
-            false => unilateral.unsettled.saturating_sub(1),
+        unilateral.steps_without_memory = match unilateral.is_unresolved(model, &ends)? {
+            true => unilateral.steps_without_memory.saturating_sub(1).max(1),
+            false => unilateral.steps_without_memory.saturating_sub(1),
         };
-        unilateral.follow_parting(model, &ends)?;
+        unilateral.follow_separation(model, &ends)?;
         if unilateral.will_touch {
             let Ends { t: [_, t], h, .. } = ends;
             if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h)

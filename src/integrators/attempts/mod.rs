@@ -25,7 +25,7 @@ mod diagnosis;
 mod fixed;
 mod impacts;
 
-pub(crate) use adaptive::{Adaptive, MOST_UNSOUND, Sizes, Tried, adaptive_step};
+pub(crate) use adaptive::{Adaptive, MAX_INVALID_ATTEMPTS, Sizes, Tried, adaptive_step};
 pub(crate) use diagnosis::{Diagnosis, Ends, Kind, Unilateral, matters};
 pub(crate) use fixed::{Fixed, Memory, fixed_step};
 pub(crate) use impacts::Remedy;

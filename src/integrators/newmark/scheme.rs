@@ -224,13 +224,13 @@ impl Scheme {
     /// for a step without memory.
     pub(crate) fn step(&self, h: f64, memory: Option<f64>) -> Step {
         match memory {
-            Some(stretch) => self.going_on(h, stretch),
-            None if self.is_plain() => self.going_on(h, 1.0),
-            None => self.anew(h),
+            Some(stretch) => self.with_memory(h, stretch),
+            None if self.is_plain() => self.with_memory(h, 1.0),
+            None => self.without_memory(h),
         }
     }
 
-    fn going_on(&self, h: f64, stretch: f64) -> Step {
+    fn with_memory(&self, h: f64, stretch: f64) -> Step {
         let (alpha_m, alpha_f) = (self.alpha_m, self.alpha_f);
         let of_start = [1.0 - stretch, stretch];
         let rest =
@@ -251,7 +251,7 @@ impl Scheme {
     /// The step whose algorithmic accelerations are those of true ones that change linearly over it, `s0 = a0 + shift (a1 - a0)`
     /// and `s1 = a1 + shift (a1 - a0)`. For members of order 2 this is Newmark's method with gamma = 1/2 and
     /// beta = (1 + shift^2)/4, so that it gains no momentum. Used after a corner of a load, where earlier accelerations are invalid.
-    fn anew(&self, h: f64) -> Step {
+    fn without_memory(&self, h: f64) -> Step {
         let shift = self.shift();
         let beta = self.beta + 0.5 * shift;
         Step {

@@ -13,7 +13,7 @@ use super::state::{Advance, State};
 use super::status::Status;
 use super::stiffness::StiffnessTest;
 use crate::error::Interrupted;
-use crate::integrators::attempts::MOST_UNSOUND;
+use crate::integrators::attempts::MAX_INVALID_ATTEMPTS;
 use crate::numerics::tape::Tape;
 
 /// Weight of the squared third-order difference in the error estimate of DOP853 (Hairer, Norsett and Wanner 1993,
@@ -98,7 +98,7 @@ impl Explicit {
             if error < 1.0 && all_finite(&state.y_new) && all_finite(&self.stages[f_new.clone()]) {
                 let rates = [&state.f[..], &self.stages[f_new.clone()]];
                 let states = [&state.y[..], &state.y_new];
-                if system.is_invalid([state.t, t_new], states, rates, invalid < MOST_UNSOUND)? {
+                if system.is_invalid([state.t, t_new], states, rates, invalid < MAX_INVALID_ATTEMPTS)? {
                     invalid += 1;
                     state.counters.rejected += 1;
                     was_rejected = true;

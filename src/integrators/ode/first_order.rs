@@ -146,7 +146,7 @@ impl<M: Model> System for FirstOrder<M> {
             a: dydt.map(|f| &f[n..]),
         };
         let kind = Kind::Adaptive { bends: true, is_judged };
-        Ok(self.unilateral.diagnose(&mut self.model, &ends, kind)? != Diagnosis::Sound)
+        Ok(self.unilateral.diagnose(&mut self.model, &ends, kind)? != Diagnosis::Valid)
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

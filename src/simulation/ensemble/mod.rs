@@ -84,10 +84,10 @@ pub fn simulate_many(
     let refused = Mutex::new(None);
     let mut all = groups(&mut ensemble, keep);
     let work = |group: &mut Group<'_>, is_over: &AtomicBool| {
-        let mut go_on = |_| if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) };
+        let mut check_interrupt = |_| if is_over.load(Ordering::Relaxed) { Err(Interrupted) } else { Ok(()) };
         for i in 0..group.rows() {
-            go_on(0.0)?;
-            match run(group.first + i, &mut go_on) {
+            check_interrupt(0.0)?;
+            match run(group.first + i, &mut check_interrupt) {
                 Ok(run) => group.keep(i, run),
                 Err(Refusal::Input(error)) => {
                     refused

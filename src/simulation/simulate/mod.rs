@@ -15,7 +15,7 @@
 //! ```
 
 mod control;
-mod outgrown;
+mod growth_errors;
 mod recorder;
 mod runner;
 mod slackness;
@@ -39,7 +39,7 @@ use crate::simulation::balance::{Balance, Flow};
 use crate::simulation::stepping::Run;
 
 pub use self::control::{Control, Inputs};
-pub(crate) use self::outgrown::unstable_equilibrium;
+pub(crate) use self::growth_errors::unstable_equilibrium;
 pub use self::slackness::{Slack, slackness};
 pub use crate::simulation::stepping::{Method, Status};
 
@@ -379,7 +379,7 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 impl Simulation {
     /// Final state and records of a run.
     fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
-        let Runner { mut run, recorder, meter, watch, outgrown, stop, deepest, .. } = runner;
+        let Runner { mut run, recorder, meter, watch, growth_errors, stop, deepest, .. } = runner;
         let Recorder { t, q, v, a, u, evaluations, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
@@ -390,7 +390,8 @@ impl Simulation {
             let of_vibrations = run.observe(|model, _| watch.doubt(model, q0));
             let of_steps = run.doubt();
             // Of what is doubted already nothing more is known from the start.
-            let of_growth = outgrown.filter(|_| of_steps.is_none()).and_then(|outgrown| outgrown.doubt());
+            let of_growth =
+                growth_errors.filter(|_| of_steps.is_none()).and_then(|growth_errors| growth_errors.doubt());
             let doubts: Vec<_> = of_steps.into_iter().chain(of_vibrations).chain(of_growth).collect();
             (!doubts.is_empty()).then(|| doubts.join(" "))
         } else {

@@ -1,7 +1,7 @@
 //! A run in progress.
 
 use super::control::Control;
-use super::outgrown::Outgrown;
+use super::growth_errors::GrowthErrors;
 use super::recorder::Recorder;
 use super::watch::Watch;
 use crate::error::Interrupted;
@@ -17,7 +17,7 @@ pub(super) struct Runner<'a, 'c, M> {
     pub(super) recorder: Recorder<'a>,
     pub(super) meter: Option<FlowMeter<'a>>,
     pub(super) watch: Watch,
-    pub(super) outgrown: Option<Outgrown>,
+    pub(super) growth_errors: Option<GrowthErrors>,
     judges_growth: bool,
     /// Reason why a check stopped the run.
     pub(super) stop: Option<Stop>,
@@ -36,13 +36,13 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
         control: Option<Control<'c>>,
         judges_growth: bool,
     ) -> Self {
-        let (meter, watch, outgrown, stop) = (None, Watch::Nothing, None, None);
+        let (meter, watch, growth_errors, stop) = (None, Watch::Nothing, None, None);
         Self {
             run,
             recorder,
             meter,
             watch,
-            outgrown,
+            growth_errors,
             judges_growth,
             stop,
             deepest: None,
@@ -97,8 +97,8 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                     .run
                     .observe(|model, State { q, v, a, .. }| Watch::new(model, t_span, [q, v, a], method));
                 if self.judges_growth {
-                    self.outgrown = self.run.observe(|model, State { q, v, a, .. }| {
-                        Outgrown::new(model, t_span, [q, v, a], method)
+                    self.growth_errors = self.run.observe(|model, State { q, v, a, .. }| {
+                        GrowthErrors::new(model, t_span, [q, v, a], method)
                     });
                 }
             }
@@ -150,13 +150,13 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 // controller's call.
                 let is_followed = !is_last && status.is_some_and(Status::is_success);
                 let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
-                let Self { run, meter, watch, outgrown, stop, .. } = self;
+                let Self { run, meter, watch, growth_errors, stop, .. } = self;
                 if let Some(meter) = meter {
                     run.measure(meter)?;
                 }
                 *stop = run.observe(|model, state| {
-                    if let Some(outgrown) = outgrown {
-                        outgrown.step(model, state);
+                    if let Some(growth_errors) = growth_errors {
+                        growth_errors.step(model, state);
                     }
                     watch.look(model, state, steps)
                 });

@@ -4,7 +4,7 @@
 
 use crate::error::Interrupted;
 use crate::model::Static;
-use crate::model::constraint::one_sided::{LEAVES, TAKEN_UP, TAUT};
+use crate::model::constraint::one_sided::{ACTIVATION_EXCESS, SLACKENING_RATE, TAUT};
 use crate::model::constraint::saddle;
 use crate::numerics::roots::bracket::{Point, find_zero};
 use crate::numerics::tape::Tape;
@@ -41,7 +41,7 @@ pub(super) struct Event {
     pub(super) t: f64,
     /// Index among the one-sided constraints, and whether it is released.
     pub(super) which: usize,
-    pub(super) is_let_go: bool,
+    pub(super) is_released: bool,
 }
 
 /// What to do after a step.
@@ -87,7 +87,7 @@ pub(super) struct Look {
     /// The largest of these values, and its index.
     nearest: Point,
     which: usize,
-    held: Vec<bool>,
+    active: Vec<bool>,
     passed: Vec<[f64; 2]>,
     /// Largest error of the active constraints, here or earlier in the step: relative, and in metres.
     astray: [f64; 2],
@@ -137,12 +137,12 @@ impl Changes {
         known: Option<Vec<f64>>,
     ) -> Result<Look, Interrupted> {
         model.set_time(t)?;
-        let (passed, mut held) = (model.passed(q, v), model.held());
-        let first = held.len() - passed.len();
-        held.drain(..first);
+        let (passed, mut active) = (model.passed(q, v), model.active());
+        let first = active.len() - passed.len();
+        active.drain(..first);
         let (is_known, sizes) = (known.is_some(), model.facts().gap_sizes.clone());
         let mut multipliers = known.unwrap_or_else(|| vec![0.0; sizes.len()]);
-        if !is_known && held.contains(&true) {
+        if !is_known && active.contains(&true) {
             // A singular mass is reported by the step itself.
             let _ = saddle::accelerations(model, q, v, &mut vec![0.0; q.len()], &mut multipliers);
         }
@@ -150,13 +150,13 @@ impl Changes {
         self.largest_tension =
             tensions.iter().fold(self.largest_tension, |largest, tension| largest.max(tension.abs()));
         let largest = self.largest_tension.max(f64::MIN_POSITIVE);
-        let tendons = held.iter().zip(&passed).zip(tensions);
-        let value = |((&is_held, [by, _]), tension): ((&bool, &[f64; 2]), &f64)| match is_held {
+        let tendons = active.iter().zip(&passed).zip(tensions);
+        let value = |((&is_active, [by, _]), tension): ((&bool, &[f64; 2]), &f64)| match is_active {
             true => -tension / largest - PUSHES,
-            false => by - TAKEN_UP,
+            false => by - ACTIVATION_EXCESS,
         };
         let values = tendons.map(value).collect();
-        Ok(Look::new(t, values, held, passed, &sizes[first..]))
+        Ok(Look::new(t, values, active, passed, &sizes[first..]))
     }
 
     /// Data that persist from interval to interval.
@@ -169,13 +169,14 @@ impl Changes {
         tape.number(&mut self.last);
         tape.count(&mut self.quick);
         tape.number(&mut self.largest_tension);
-        let mut held = model.held();
-        held.iter_mut().for_each(|is_held| tape.flag(is_held));
+        let mut active = model.active();
+        active.iter_mut().for_each(|is_active| tape.flag(is_active));
         if tape.reads() && self.has_begun {
-            let held: Vec<f64> = held.into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
-            model.keep_held(false);
-            model.release(&held);
-            model.keep_held(true);
+            let active: Vec<f64> =
+                active.into_iter().map(|is_active| f64::from(u8::from(is_active))).collect();
+            model.keep_active_set(false);
+            model.release(&active);
+            model.keep_active_set(true);
         }
     }
 
@@ -204,10 +205,10 @@ pub(super) fn judge(
     let planned = planned.filter(|event| event.t == t);
     let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
     let event = match (found, planned) {
-        (Some(event), _) if event.is_let_go && is_planned(event) => Event { t, ..event },
+        (Some(event), _) if event.is_released && is_planned(event) => Event { t, ..event },
         (Some(event), _) => event,
-        (None, Some(event)) if event.is_let_go && end.values[event.which] > -HARDLY_PULLS => event,
-        (None, Some(event)) if event.is_let_go => return Ok(at_end(&end)),
+        (None, Some(event)) if event.is_released && end.values[event.which] > -HARDLY_PULLS => event,
+        (None, Some(event)) if event.is_released => return Ok(at_end(&end)),
         (None, Some(event)) => {
             let [by, rate] = end.passed[event.which];
             if rate <= 0.0 {
@@ -218,7 +219,7 @@ pub(super) fn judge(
         (None, None) if end.astray[0] > ASTRAY => return Ok(Verdict::Astray(end.astray[1])),
         (None, None) => return Ok(at_end(&end)),
     };
-    let without = event.is_let_go.then_some(event.which);
+    let without = event.is_released.then_some(event.which);
     Ok(if event.t <= t_old {
         Verdict::ChangeAtStart(without)
     } else if event.t == t || corrections >= MOST_CORRECTIONS {
@@ -241,7 +242,7 @@ fn search(
         let event = before.event();
         return Ok((Some(event), before));
     }
-    let looks = match before.held.contains(&true) {
+    let looks = match before.active.contains(&true) {
         _ if is_fixed => 1,
         true => LOOKS,
         false => LOOKS_WITHOUT_TENSION,
@@ -261,7 +262,7 @@ fn search(
             let at = find_zero(before.nearest, after.nearest, |t| Ok(look(t)?.nearest.value))?;
             let found = look(at)?;
             let mut event = found.event();
-            if !event.is_let_go {
+            if !event.is_released {
                 let [by, rate] = found.passed[event.which];
                 event.t = if rate > 0.0 { (at - by / rate).clamp(t_old, t) } else { at };
             }
@@ -275,38 +276,38 @@ fn search(
 
 /// At a corner of a prescribed length, a taut tendon stops the motion or becomes slack.
 fn at_end(end: &Look) -> Verdict {
-    let is_left = |(&is_held, [_, rate]): (&bool, &[f64; 2])| is_held && rate.abs() > LEAVES;
-    if end.held.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
+    let is_left = |(&is_active, [_, rate]): (&bool, &[f64; 2])| is_active && rate.abs() > SLACKENING_RATE;
+    if end.active.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
 }
 
 impl Look {
-    fn new(t: f64, values: Vec<f64>, held: Vec<bool>, passed: Vec<[f64; 2]>, sizes: &[f64]) -> Self {
+    fn new(t: f64, values: Vec<f64>, active: Vec<bool>, passed: Vec<[f64; 2]>, sizes: &[f64]) -> Self {
         let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, [0.0_f64; 2]);
         for (i, &value) in values.iter().enumerate() {
             (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
             let by = passed[i][0].abs();
-            astray = if held[i] && by > astray[0] { [by, by * sizes[i]] } else { astray };
+            astray = if active[i] && by > astray[0] { [by, by * sizes[i]] } else { astray };
         }
-        Self { values, nearest: Point { t, value: nearest }, which, held, passed, astray }
+        Self { values, nearest: Point { t, value: nearest }, which, active, passed, astray }
     }
 
     fn event(&self) -> Event {
-        Event { t: self.nearest.t, which: self.which, is_let_go: self.held[self.which] }
+        Event { t: self.nearest.t, which: self.which, is_released: self.active[self.which] }
     }
 }
 
 /// The time between two looks at which a slack tendon is longest, if it peaks between them and may be too long.
 fn highest(before: &Look, after: &Look) -> Option<f64> {
-    let tendons = before.passed.iter().zip(&after.passed).zip(&before.held);
+    let tendons = before.passed.iter().zip(&after.passed).zip(&before.active);
     let peaks =
-        tendons.filter(|(([_, rises], [_, falls]), is_held)| !**is_held && *rises > 0.0 && *falls < 0.0);
+        tendons.filter(|(([_, rises], [_, falls]), is_active)| !**is_active && *rises > 0.0 && *falls < 0.0);
     let h = after.nearest.t - before.nearest.t;
     // The vertex of the parabola with these slopes.
     let peak = |(([by, rises], [_, falls]), _): (([f64; 2], [f64; 2]), bool)| {
         let x = rises / (rises - falls);
         (by + 0.5 * rises * x * h, before.nearest.t + x * h)
     };
-    let peaks = peaks.map(|((a, b), held)| peak(((*a, *b), *held)));
+    let peaks = peaks.map(|((a, b), active)| peak(((*a, *b), *active)));
     peaks.filter(|(height, _)| *height > -TAUT).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, t)| t)
 }
 
@@ -322,7 +323,7 @@ mod tests {
     ) -> Verdict {
         let mut look = |t: f64| {
             let passed = vec![excess(t)];
-            Ok(Look::new(t, vec![passed[0][0] - TAKEN_UP], vec![false], passed, &[1.0]))
+            Ok(Look::new(t, vec![passed[0][0] - ACTIVATION_EXCESS], vec![false], passed, &[1.0]))
         };
         judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
     }
@@ -332,7 +333,7 @@ mod tests {
         let fall = |t: f64| [t * t - 4.0, 2.0 * t];
         assert_eq!(judge_slack(fall, [0.0, 1.9], None), Verdict::Done);
         let Verdict::EndAt(event) = judge_slack(fall, [0.0, 3.0], None) else { panic!("it was passed") };
-        assert!((event.t - 2.0).abs() < 1e-9 && !event.is_let_go);
+        assert!((event.t - 2.0).abs() < 1e-9 && !event.is_released);
         assert_eq!(
             judge_slack(fall, [0.0, 2.0], Some((Event { t: 2.0, ..event }, 1))),
             Verdict::Change(None)
@@ -361,7 +362,7 @@ mod tests {
         };
         assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);
         let Verdict::EndAt(event) = judge_taut(0.0, [0.0, 3.0], None) else { panic!("it would push") };
-        assert!((event.t - 2.0).abs() < 1e-12 && event.is_let_go);
+        assert!((event.t - 2.0).abs() < 1e-12 && event.is_released);
         let reached = |t: f64| judge_taut(0.0, [0.0, t], Some((Event { t, ..event }, 1)));
         assert_eq!(reached(2.0 - 1e-6), Verdict::Change(Some(0)));
         assert_eq!(reached(1.5), Verdict::Done);

@@ -3,7 +3,7 @@
 //! or not at all, and each active set is tried once: first by Bard's rule, which changes the largest violation, then by Murty's, which
 //! changes the first one (Murty 1974, "Note on a Bard-type scheme for solving the complementarity problem").
 
-use crate::model::constraint::one_sided::{TAKEN_UP, TAUT, most_switches};
+use crate::model::constraint::one_sided::{ACTIVATION_EXCESS, TAUT, most_switches};
 
 /// A tendon counts as pushing if it does so by more than this part of the largest tension in the step.
 const PUSHES: f64 = 1e-10;
@@ -25,12 +25,12 @@ pub(super) struct Search {
 
 impl Search {
     /// A search that starts with this set.
-    pub(super) fn new(held: &[bool]) -> Self {
-        Self { tried: vec![held.to_vec()], best: None }
+    pub(super) fn new(active: &[bool]) -> Self {
+        Self { tried: vec![active.to_vec()], best: None }
     }
 
     /// The set to be tried next.
-    pub(super) fn held(&self) -> &[bool] {
+    pub(super) fn active(&self) -> &[bool] {
         self.tried.last().expect("there is a first one")
     }
 
@@ -44,21 +44,21 @@ impl Search {
     pub(super) fn fits(&mut self, end: Option<[&[f64]; 2]>) -> bool {
         let Some([pulls, excesses]) = end else { return false };
         // Newton's method leaves small gaps of active constraints.
-        let allowed = |is_held: bool| if is_held { TAUT } else { TAKEN_UP };
-        let excesses = excesses.iter().zip(self.held()).map(|(by, &is_held)| by - allowed(is_held));
+        let allowed = |is_active: bool| if is_active { TAUT } else { ACTIVATION_EXCESS };
+        let excesses = excesses.iter().zip(self.active()).map(|(by, &is_active)| by - allowed(is_active));
         let misfit = Misfit { push: largest(pushes(pulls).into_iter()), excess: largest(excesses) };
         if self.best.as_ref().is_none_or(|(best, _)| misfit < *best) {
-            self.best = Some((misfit, self.held().to_vec()));
+            self.best = Some((misfit, self.active().to_vec()));
         }
         misfit.push <= 0.0 && misfit.excess <= 0.0
     }
 
     /// Proceeds to a similar set that was not tried yet. False if there is none, or enough were tried.
     pub(super) fn next(&mut self, end: Option<[&[f64]; 2]>) -> bool {
-        if self.tried.len() > most_switches(self.held().len()) {
+        if self.tried.len() > most_switches(self.active().len()) {
             return false;
         }
-        let set = candidates(self.held(), end).into_iter().find(|set| !self.tried.contains(set));
+        let set = candidates(self.active(), end).into_iter().find(|set| !self.tried.contains(set));
         set.map(|set| self.tried.push(set)).is_some()
     }
 }
@@ -75,28 +75,29 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// Sets that may fit better than the one with this end, or than one with which the step could not be made.
-fn candidates(held: &[bool], end: Option<[&[f64]; 2]>) -> Vec<Vec<bool>> {
+fn candidates(active: &[bool], end: Option<[&[f64]; 2]>) -> Vec<Vec<bool>> {
     let with = |change: &dyn Fn(usize) -> bool| -> Vec<bool> {
-        held.iter().enumerate().map(|(i, &is_held)| is_held != change(i)).collect()
+        active.iter().enumerate().map(|(i, &is_active)| is_active != change(i)).collect()
     };
     // The last resort, in which no tendon pushes.
-    let none = vec![false; held.len()];
+    let none = vec![false; active.len()];
     let Some([pulls, excesses]) = end else {
         // Too many or the wrong tendons are taut.
-        let released = (0..held.len()).rev().filter(|&i| held[i]);
+        let released = (0..active.len()).rev().filter(|&i| active[i]);
         return released.map(|i| with(&|j| i == j)).chain([none]).collect();
     };
     let pushes = pushes(pulls);
-    let is_passed = |i: usize| !held[i] && excesses[i] > TAKEN_UP;
-    let is_pushing = |i: usize| held[i] && pushes[i] > 0.0;
-    let hardest = (0..held.len()).filter(|&i| is_pushing(i)).max_by(|&i, &j| pushes[i].total_cmp(&pushes[j]));
+    let is_passed = |i: usize| !active[i] && excesses[i] > ACTIVATION_EXCESS;
+    let is_pushing = |i: usize| active[i] && pushes[i] > 0.0;
+    let hardest =
+        (0..active.len()).filter(|&i| is_pushing(i)).max_by(|&i, &j| pushes[i].total_cmp(&pushes[j]));
     let mut sets = Vec::new();
-    if (0..held.len()).any(is_passed) {
+    if (0..active.len()).any(is_passed) {
         sets.push(with(&is_passed));
     } else if let Some(hardest) = hardest {
         sets.push(with(&|i| i == hardest));
     }
-    sets.extend((0..held.len()).filter(|&i| is_passed(i) || is_pushing(i)).map(|i| with(&|j| i == j)));
+    sets.extend((0..active.len()).filter(|&i| is_passed(i) || is_pushing(i)).map(|i| with(&|j| i == j)));
     sets.push(none);
     sets
 }
@@ -112,7 +113,7 @@ mod tests {
         let mut tried = 0;
         loop {
             tried += 1;
-            let (pulls, excesses) = match search.held() {
+            let (pulls, excesses) = match search.active() {
                 [true, true] => (None, [0.0; 2]),
                 [true, false] => (Some([1.0, 0.0]), [0.0, 0.2]),
                 [false, true] => (Some([0.0, 1.0]), [0.1, 0.0]),
@@ -136,11 +137,11 @@ mod tests {
         let end = Some([&[-1.0, 0.0][..], &[0.0, 0.1][..]]);
         assert!(!search.fits(end));
         assert!(search.next(end));
-        assert_eq!(search.held(), [true, true]);
+        assert_eq!(search.active(), [true, true]);
         let end = Some([&[-1.0, 2.0][..], &[0.0; 2][..]]);
         assert!(!search.fits(end));
         assert!(search.next(end));
-        assert_eq!(search.held(), [false, true]);
+        assert_eq!(search.active(), [false, true]);
         assert!(search.fits(Some([&[0.0, 2.0], &[-0.1, 0.0]])));
     }
 }

@@ -1,7 +1,7 @@
 //! A model with the stepper of a method: the common interface of all methods.
 
+use super::impact_resolver::{ImpactResolver, Resolved, Step};
 use super::method::Method;
-use super::resolving::{Resolved, Resolving, Step};
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
@@ -51,7 +51,7 @@ impl<M: Model> Integrator<M> {
         Ok(match method {
             Method::Newmark(options) => {
                 if model.facts().constraints() > 0 {
-                    check_holding(options)?;
+                    check_damps_constraints(options)?;
                 }
                 let stepper = newmark::Stepper::new(n, t_span, q0, v0, options)?;
                 newmark::LinearSystem::check_memory(&mut model, options.derivative)?;
@@ -119,26 +119,32 @@ impl<M: Model> Integrator<M> {
     }
 
     /// Makes a step of fixed size that has stopped an impact, or follows one by few steps, once more, by a method that resolves it.
-    pub(super) fn resolve_impact(&mut self, resolving: &mut Resolving) -> Result<(), Interrupted> {
+    pub(super) fn resolve_impact(&mut self, impact_resolver: &mut ImpactResolver) -> Result<(), Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(()) };
         let (t_span, [q, v]) = ((stepper.t_old(), stepper.t()), stepper.before());
         let (changes, h) = ([v, stepper.v()], t_span.1 - t_span.0);
-        let Some(impact) = resolving.impact_to_follow(stepper.unilateral(), model.facts(), changes, h) else {
+        let Some(impact) = impact_resolver.impact_to_follow(stepper.unilateral(), model.facts(), changes, h)
+        else {
             return Ok(());
         };
-        let allowed = resolving.allowed(model.facts(), &stepper.counters());
+        let allowed = impact_resolver.allowed(model.facts(), &stepper.counters());
         if allowed == 0 {
             return Ok(());
         }
         let step = Step { t_span, before: [q, v], impact };
-        let (resolved, work) = resolving.resolve(model, &step, allowed)?;
+        let (resolved, work) = impact_resolver.resolve(model, &step, allowed)?;
         stepper.add_work(&work);
         let Some(Resolved { motion: [q, v, a], touches }) = resolved else { return Ok(()) };
         stepper.end_instead([&q, &v, &a], touches);
         if touches {
             model.set_time(t_span.1)?;
             // Until surfaces let go.
-            resolving.go_on(&model.parting(&v, [&q, &v, &a[..q.len()]], 0.0, t_span.1 - t_span.0));
+            impact_resolver.set_unfinished_impact(&model.separation(
+                &v,
+                [&q, &v, &a[..q.len()]],
+                0.0,
+                t_span.1 - t_span.0,
+            ));
         }
         Ok(())
     }
@@ -452,7 +458,7 @@ impl<M: Model> Integrator<M> {
 /// Refuses members of the Newmark family that cannot integrate constraints: without damping of infinite frequencies,
 /// multipliers oscillate with growing amplitude (Cardona and Geradin 1989); with beta = 0 displacements do not depend on the
 /// accelerations at the end of the step, and multipliers cannot correct them.
-fn check_holding(options: &newmark::Options) -> Result<(), InvalidInput> {
+fn check_damps_constraints(options: &newmark::Options) -> Result<(), InvalidInput> {
     let (scheme, mut check) = (options.scheme, Checker::new());
     let expected = "a method that damps what is infinitely fast: \"generalised_alpha\" with rho_inf < 1, \"hht\" with alpha < 0, \
                     or \"newmark\" with gamma > 0.5; the forces in closed loops swing ever more with others";

@@ -18,15 +18,15 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-mod carried;
 mod changes;
 mod energy_watch;
 mod following;
 mod growth;
+mod impact_resolver;
 mod integrator;
 mod method;
+mod prescribed_watch;
 mod resolved;
-mod resolving;
 mod run;
 mod start;
 mod status;

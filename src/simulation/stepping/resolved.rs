@@ -5,7 +5,7 @@ use crate::simulation::balance::State;
 
 /// Steps of Radau's method, one after another, over the last step of fixed size; none where that was not made once more.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Within {
+pub(super) struct ResolvedMotion {
     /// Number of coordinates.
     n: usize,
     /// Times at both ends of each step.
@@ -17,7 +17,7 @@ pub(super) struct Within {
 /// The numbers of a motion: displacements, velocities, accelerations.
 const KINDS: usize = 3;
 
-impl Within {
+impl ResolvedMotion {
     /// Of a step of `n` coordinates that is not made yet.
     pub(super) fn new(n: usize) -> Self {
         Self { n, ..Self::default() }

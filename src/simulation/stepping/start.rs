@@ -32,12 +32,12 @@ impl Start {
         model.set_inputs(&inputs);
         let _ = model.set_time(t);
         closing::close(model, &mut q);
-        if let Some(flaw) = model.open_loop(&q) {
+        if let Some(invalid_shape) = model.open_loop(&q) {
             let expected =
                 "one in which the loops are closed, or can be from there: loops that conflict never are";
             return Err(InvalidInput::new(
                 "q0",
-                format_args!("a start that {flaw}, as near as it gets"),
+                format_args!("a start that {invalid_shape}, as near as it gets"),
                 expected,
             ));
         }

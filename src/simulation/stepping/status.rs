@@ -3,7 +3,7 @@
 use crate::error::Number;
 use crate::integrators::ode;
 use crate::integrators::second_order;
-use crate::model::{Flaw, Model, at_least};
+use crate::model::{InvalidShape, Model, at_least};
 
 /// Reason why a run, or a part of it, ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -168,7 +168,7 @@ impl Stop {
     }
 
     /// At an invalid state; `None` if the state is valid.
-    pub(crate) fn where_flawed<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
+    pub(crate) fn where_invalid<M: Model + ?Sized>(model: &mut M, t: f64, q: &[f64]) -> Option<Self> {
         // A non-finite command of a slack tendon makes nothing else NaN.
         if model.facts().is_one_sided
             && let Some(what) = model.not_finite()
@@ -176,33 +176,34 @@ impl Stop {
             let message = format!("What acts must be finite: {what}. The last state says nothing.");
             return Some(Self { status: Status::FirstOrder(ode::Status::NonFinite), message });
         }
-        let flaw = model.flaw(q).or_else(|| model.open_loop(q)).or_else(|| model.deep_penetration(q))?;
-        let (status, cure) = match flaw {
-            Flaw::Unresolved { shortage } => (
+        let invalid_shape =
+            model.invalid_shape(q).or_else(|| model.open_loop(q)).or_else(|| model.deep_penetration(q))?;
+        let (status, cure) = match invalid_shape {
+            InvalidShape::Unresolved { shortage } => (
                 Status::Unresolved,
                 format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
             ),
-            Flaw::Collapsed { .. } => (
+            InvalidShape::Collapsed { .. } => (
                 Status::Collapsed,
                 "; if that ends here too, pull less, or keep the points apart with a joint that has `limits`"
                     .to_owned(),
             ),
-            Flaw::Open { .. } => (
+            InvalidShape::Open { .. } => (
                 Status::Open,
                 "; if that ends here too, the loops conflict there: the mechanism cannot go on, as at the end of its travel"
                     .to_owned(),
             ),
-            Flaw::Sunk { .. } => (
+            InvalidShape::DeepPenetration { .. } => (
                 Status::Sunk,
                 "; if that ends here too, give the contact more `stiffness`".to_owned(),
             ),
-            Flaw::Inverted { .. } => (
+            InvalidShape::Inverted { .. } => (
                 Status::Inverted,
                 "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
             ),
         };
         let message = format!(
-            "At t = {} the model {flaw}: the last state says nothing about the motion. Take shorter steps{cure}.",
+            "At t = {} the model {invalid_shape}: the last state says nothing about the motion. Take shorter steps{cure}.",
             Number(t),
         );
         Some(Self { status, message })

@@ -20,7 +20,7 @@ use super::ladder::{self, DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::path::Path;
 use crate::error::Interrupted;
 use crate::model::constraint::{self, closing};
-use crate::model::{Flaw, Radius, Static, chart};
+use crate::model::{InvalidShape, Radius, Static, chart};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
 use end::{Balance, Reduced};
@@ -115,7 +115,7 @@ pub(super) enum Ended {
     Stalled,
     /// Steps grow without end.
     Unheld,
-    Invalid(Flaw),
+    Invalid(InvalidShape),
     NonFinite,
     /// The forces have no potential in the last shape.
     WithoutPotential,
@@ -179,8 +179,8 @@ pub(super) fn error_of_balance(
 
 /// Whether rounding of gaps determines the multipliers of loops in a shape. Does not change the shape.
 pub(super) fn multipliers_are_rounding(model: &mut dyn Static, q: &[f64]) -> bool {
-    let mut go_on = || Ok(());
-    let search = Search::new(model, q.to_vec(), &mut go_on);
+    let mut never_interrupt = || Ok(());
+    let search = Search::new(model, q.to_vec(), &mut never_interrupt);
     search.is_ok_and(|mut search| search.multipliers_are_rounding())
 }
 
@@ -297,7 +297,7 @@ struct Taken {
 enum Tried {
     Taken(Box<Taken>),
     /// No step was short enough; with the problem of the last shape, if it was invalid.
-    Refused(Option<Flaw>),
+    Refused(Option<InvalidShape>),
     /// Softened surfaces have passed through each other.
     Deep,
 }
@@ -431,14 +431,14 @@ impl<'a> Search<'a> {
             let Taken { shape, balance, good, length, shift, is_unheld } = match tried {
                 Tried::Taken(taken) => *taken,
                 Tried::Deep => return Ok(Ended::Stalled),
-                Tried::Refused(flaw) => {
+                Tried::Refused(invalid_shape) => {
                     // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
                     let next = local.next(&self.scale.metric(1.0));
                     if next < NEARLY_THERE || error < NEARLY_BALANCED {
                         self.step_norm = next.min(so_far.last);
                         return Ok(Ended::Converged);
                     }
-                    return Ok(flaw.map_or(Ended::Stalled, Ended::Invalid));
+                    return Ok(invalid_shape.map_or(Ended::Stalled, Ended::Invalid));
                 }
             };
             so_far.resize(good, length, shift);
@@ -491,7 +491,7 @@ impl<'a> Search<'a> {
         let size = self.problem.energies(&self.shape.q) + self.problem.spring_energy(&self.shape);
         let is_leaving = so_far.radius == ESCAPING_RADIUS && error == 1.0;
         let is_damped = so_far.is_damped && !is_leaving;
-        let (linearised, mut flaw) = (local.linearised(), None);
+        let (linearised, mut invalid_shape) = (local.linearised(), None);
         let Local { hessian, regularisation, taut, .. } = local;
         while so_far.radius > SMALLEST_RADIUS {
             let radius = so_far.radius;
@@ -508,12 +508,16 @@ impl<'a> Search<'a> {
             if let Some(new) = new
                 && new.force.iter().all(|force| force.is_finite())
             {
-                flaw = self.problem.model.flaw(&new.q).filter(|flaw| matches!(flaw, Flaw::Inverted { .. }));
-                let have_tunnelled = flaw.is_none() && self.have_tunnelled(&new, length);
+                invalid_shape = self
+                    .problem
+                    .model
+                    .invalid_shape(&new.q)
+                    .filter(|invalid_shape| matches!(invalid_shape, InvalidShape::Inverted { .. }));
+                let have_tunnelled = invalid_shape.is_none() && self.have_tunnelled(&new, length);
                 if have_tunnelled && self.is_deep() {
                     return Ok(Tried::Deep);
                 }
-                if flaw.is_none() && !have_tunnelled {
+                if invalid_shape.is_none() && !have_tunnelled {
                     let fall = predicted(&linearised, hessian, &solution.x);
                     let done = self.problem.work(&self.shape, &new)?;
                     let balance = Balance::new(&self.problem, &new, &self.scale);
@@ -542,7 +546,7 @@ impl<'a> Search<'a> {
                 so_far.radius = CUT * radius.min(length);
             }
         }
-        Ok(Tried::Refused(flaw))
+        Ok(Tried::Refused(invalid_shape))
     }
 
     fn hessian(&mut self) -> Option<Matrix> {
@@ -650,7 +654,7 @@ impl<'a> Search<'a> {
             return false;
         }
         let inside = ladder::inside(&mut **model, [&self.shape.q, &to.q]);
-        model.note_surfaces(&self.shape.q);
+        model.store_surfaces(&self.shape.q);
         let step = chart::step_between(turns, &self.shape.q, &to.q);
         let parts = (length / PART).ceil().clamp(1.0, MOST_PARTS) as usize;
         (1..=parts).any(|part| {

@@ -24,7 +24,7 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 
 pub use self::corners::Cell;
 pub use self::described::Drive;
-pub(crate) use self::edges::Sight;
+pub(crate) use self::edges::StepContext;
 pub use self::pieces::Jumps;
 pub(crate) use self::pieces::Pieces;
 pub use self::spline::Motion;
@@ -95,15 +95,15 @@ impl<const N: usize> Default for Signal<N> {
 impl<const N: usize> Signal<N> {
     /// Value at a time; the default value of an input. Only a function can fail.
     pub fn at(&self, t: f64) -> Result<[f64; N], Interrupted> {
-        self.seen(t, Sight::EXACT)
+        self.value_in_step(t, StepContext::EXACT)
     }
 
     /// The same in steps, for which tables may jump.
-    pub(crate) fn seen(&self, t: f64, sight: Sight) -> Result<[f64; N], Interrupted> {
+    pub(crate) fn value_in_step(&self, t: f64, step_context: StepContext) -> Result<[f64; N], Interrupted> {
         match self {
             Self::Constant(value) => Ok(*value),
             Self::Harmonic(harmonic) => Ok(harmonic.at(t)),
-            Self::Table(table) => Ok(table.seen(t, sight)),
+            Self::Table(table) => Ok(table.value_in_step(t, step_context)),
             Self::Function(Function(function)) => function.value(t),
             Self::Input(input) => Ok(input.value),
         }
@@ -112,7 +112,7 @@ impl<const N: usize> Signal<N> {
     /// First two derivatives with respect to time, after a corner if there is one at `t`; for functions by forward differences. In steps of
     /// fixed size, which pass over jumps, backward differences are used directly before a jump; other methods end steps there. Only a
     /// function can fail.
-    pub(crate) fn rates(&self, t: f64, sight: Sight) -> Result<[[f64; N]; 2], Interrupted> {
+    pub(crate) fn rates(&self, t: f64, step_context: StepContext) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
             Self::Constant(_) | Self::Input(_) => Ok([[0.0; N]; 2]),
             Self::Harmonic(harmonic) => {
@@ -122,7 +122,7 @@ impl<const N: usize> Signal<N> {
             Self::Table(table) => Ok([table.slope(t), [0.0; N]]),
             Self::Function(_) => {
                 let forward = self.differences(t, APART)?;
-                let goes_over_jumps = sight.dt > 0.0;
+                let goes_over_jumps = step_context.dt > 0.0;
                 if !(goes_over_jumps && forward.may_jump()) {
                     return Ok(forward.rates);
                 }

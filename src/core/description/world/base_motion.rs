@@ -9,7 +9,7 @@
 
 use super::prescribed::nearer;
 use super::smooth::{self, Smooth, check_smooth, span};
-use crate::description::signal::{Cell, Harmonic, Jumps, Motion, Sight, Signal, Table};
+use crate::description::signal::{Cell, Harmonic, Jumps, Motion, Signal, StepContext, Table};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::numerics::lie::QUATERNION_TOLERANCE;
 use crate::numerics::lie::{Quaternion, Rotation, Vector, rotation_vector_motion};
@@ -296,9 +296,9 @@ impl MovingBase {
 
     /// State of the base at a time; where its velocity jumps, that before the jump, unless `t` is the time that
     /// was passed.
-    pub(crate) fn at(&self, t: f64, sight: Sight) -> Result<Base, Interrupted> {
-        let [displacement, velocity, acceleration] = self.translation.motion(t, sight)?;
-        let (turn, angular_velocity, angular_acceleration) = self.turn(t, sight)?;
+    pub(crate) fn at(&self, t: f64, step_context: StepContext) -> Result<Base, Interrupted> {
+        let [displacement, velocity, acceleration] = self.translation.motion(t, step_context)?;
+        let (turn, angular_velocity, angular_acceleration) = self.turn(t, step_context)?;
         Ok(Base {
             position: self.position + displacement.into(),
             rotation: turn.times(self.orientation).normalised().rotation(),
@@ -310,9 +310,9 @@ impl MovingBase {
     }
 
     /// Displacement and rotation vector at a time, with their first two derivatives.
-    pub(crate) fn coordinates(&self, t: f64, sight: Sight) -> Result<Motion<6>, Interrupted> {
-        let displacement = self.translation.motion(t, sight)?;
-        let (turn, angular_velocity, angular_acceleration) = self.turn(t, sight)?;
+    pub(crate) fn coordinates(&self, t: f64, step_context: StepContext) -> Result<Motion<6>, Interrupted> {
+        let displacement = self.translation.motion(t, step_context)?;
+        let (turn, angular_velocity, angular_acceleration) = self.turn(t, step_context)?;
         let turn = turn.times(self.orientation).normalised();
         let rotation = rotation_vector_motion(turn, angular_velocity, angular_acceleration);
         let position: [f64; 3] = self.position.to_array();
@@ -326,13 +326,13 @@ impl MovingBase {
     }
 
     /// The additional rotation, its angular velocity and its angular acceleration.
-    fn turn(&self, t: f64, sight: Sight) -> Result<Turned, Interrupted> {
+    fn turn(&self, t: f64, step_context: StepContext) -> Result<Turned, Interrupted> {
         Ok(match &self.rotation {
             Turn::About { axis, angle } => {
-                let [[angle], [rate], [acceleration]] = angle.motion(t, sight)?;
+                let [[angle], [rate], [acceleration]] = angle.motion(t, step_context)?;
                 (Quaternion::exp(*axis * angle), *axis * rate, *axis * acceleration)
             }
-            Turn::By(quaternion) => turning(quaternion.motion(t, sight)?),
+            Turn::By(quaternion) => turning(quaternion.motion(t, step_context)?),
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::prescribed::Prescribed;
 use crate::description::signal::{
-    Cell, Harmonic, Interpolation, Jumps, Motion, Pieces, Sight, Signal, Spline, Table,
+    Cell, Harmonic, Interpolation, Jumps, Motion, Pieces, Signal, Spline, StepContext, Table,
 };
 use crate::error::{Checker, Interrupted};
 
@@ -107,17 +107,17 @@ impl<const N: usize> Smooth<N> {
 
     /// Value and first two derivatives. Where the velocity jumps, that before the jump, unless `t` is the time
     /// that was passed: a jump, or the start of the run.
-    pub(crate) fn motion(&self, t: f64, sight: Sight) -> Result<Motion<N>, Interrupted> {
-        let [value, rate, acceleration] = self.at(t, sight.passed)?;
-        if sight.mean_over == 0.0 {
+    pub(crate) fn motion(&self, t: f64, step_context: StepContext) -> Result<Motion<N>, Interrupted> {
+        let [value, rate, acceleration] = self.at(t, step_context.passed)?;
+        if step_context.mean_over == 0.0 {
             return Ok([value, rate, acceleration]);
         }
-        let [before, ..] = self.at(t - sight.mean_over, sight.passed)?;
+        let [before, ..] = self.at(t - step_context.mean_over, step_context.passed)?;
         if before.iter().any(|x| x.is_nan()) {
             // It is not defined so early.
             return Ok([value, rate, [0.0; N]]);
         }
-        let mean = std::array::from_fn(|i| (value[i] - before[i]) / sight.mean_over);
+        let mean = std::array::from_fn(|i| (value[i] - before[i]) / step_context.mean_over);
         Ok([value, mean, [0.0; N]])
     }
 

@@ -147,7 +147,7 @@ fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) ->
     let mut best: Option<(&Ended, bool, f64)> = None;
     for other in ended.iter().filter(|ended| ended.gap <= CLOSED) {
         let energy = model.energy(&other.q, &rest);
-        let is_valid = model.flaw(&other.q).is_none();
+        let is_valid = model.invalid_shape(&other.q).is_none();
         let size = energy.elastic.abs() + energy.gravitational.abs() + energy.loads.abs();
         let is_better = match best {
             None => true,
@@ -175,7 +175,7 @@ fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) ->
     let mut best = Ended { q: q.clone(), gap: f64::INFINITY };
     let (mut without_progress, mut last, mut is_whole) = (0, f64::INFINITY, false);
     // Shapes that are not resolved, or turned inside out, may seem closed.
-    while best.gap == f64::INFINITY || model.flaw(&q).is_none() {
+    while best.gap == f64::INFINITY || model.invalid_shape(&q).is_none() {
         let gap = violated(model, &q, &mut gaps);
         without_progress = if gap < best.gap * (1.0 - PROGRESS) { 0 } else { without_progress + 1 };
         if gap < best.gap {
@@ -211,8 +211,8 @@ fn violated<M: Static + ?Sized>(model: &mut M, q: &[f64], gaps: &mut Vec<f64>) -
     let passed = model.passed(q, &rest);
     if !passed.is_empty() {
         let of_tendons = passed.iter().map(|[by, _]| f64::from(u8::from(*by > 0.0)));
-        let held: Vec<f64> = std::iter::repeat_n(1.0, m - passed.len()).chain(of_tendons).collect();
-        model.release(&held);
+        let active: Vec<f64> = std::iter::repeat_n(1.0, m - passed.len()).chain(of_tendons).collect();
+        model.release(&active);
     }
     gaps.resize(m, 0.0);
     model.gaps(q, gaps);
@@ -375,18 +375,19 @@ impl Normalised {
         step: &[f64],
         gaps: &mut [f64],
     ) -> bool {
-        let held = model.held();
+        let active = model.active();
         let passed = model.passed(q, &vec![0.0; q.len()]);
-        let first = held.len() - passed.len();
-        if held[first..].iter().all(|&is_held| is_held) {
+        let first = active.len() - passed.len();
+        if active[first..].iter().all(|&is_active| is_active) {
             return false;
         }
-        let as_numbers =
-            |held: &[bool]| held.iter().map(|&is_held| f64::from(u8::from(is_held))).collect::<Vec<_>>();
-        model.release(&vec![1.0; held.len()]);
+        let as_numbers = |active: &[bool]| {
+            active.iter().map(|&is_active| f64::from(u8::from(is_active))).collect::<Vec<_>>()
+        };
+        model.release(&vec![1.0; active.len()]);
         let [_, rows] = self.jacobian(model, q);
-        let mut more = held.clone();
-        for (i, [by, _]) in passed.iter().enumerate().filter(|(i, _)| !held[first + i]) {
+        let mut more = active.clone();
+        for (i, [by, _]) in passed.iter().enumerate().filter(|(i, _)| !active[first + i]) {
             let change: f64 = (0..q.len()).map(|k| rows[(first + i, k)] * step[k] / self.sizes[k]).sum();
             more[first + i] = by + change > ROUNDING;
         }
@@ -394,7 +395,7 @@ impl Normalised {
         for (i, [by, _]) in passed.iter().enumerate() {
             gaps[first + i] = if more[first + i] { *by } else { 0.0 };
         }
-        more != held
+        more != active
     }
 }
 

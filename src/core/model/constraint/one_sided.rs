@@ -11,15 +11,15 @@ use crate::model::{SingularMass, Static, Switch};
 pub const TAUT: f64 = 1e-7;
 
 /// A slack tendon becomes taut once it is longer than commanded by this part: well above rounding.
-pub const TAKEN_UP: f64 = 1e-10;
+pub const ACTIVATION_EXCESS: f64 = 1e-10;
 
 /// At a change of the active set, a tendon that shortens by more than this part per second is slack. Rounding of velocities that
 /// satisfy the constraints is smaller.
-pub const LEAVES: f64 = 1e-9;
+pub const SLACKENING_RATE: f64 = 1e-9;
 
 /// At a change of the active set, a tendon that is shorter by less than this part may be taut, and one that would be taut again
-/// before it becomes shorter than that stays taut. Well above [`TAKEN_UP`].
-const SHOWS: f64 = 10.0 * TAKEN_UP;
+/// before it becomes shorter than that stays taut. Well above [`ACTIVATION_EXCESS`].
+const NEARLY_TAUT: f64 = 10.0 * ACTIVATION_EXCESS;
 
 /// Switches of the active set that are tried per constraint.
 const SWITCHES: usize = 4;
@@ -38,7 +38,7 @@ pub fn accelerations<M: Static + ?Sized>(
     multipliers: &mut [f64],
 ) -> Result<(), SingularMass> {
     model.release_open(q, Some(v));
-    until_settled(model, q, multipliers, |model, multipliers| {
+    until_consistent(model, q, multipliers, |model, multipliers| {
         saddle::accelerations(model, q, v, a, multipliers)
     })
 }
@@ -51,11 +51,13 @@ pub fn multipliers<M: Static + ?Sized>(
 ) -> Result<(), SingularMass> {
     let [q, ..] = state;
     model.release_open(q, None);
-    until_settled(model, q, multipliers, |model, multipliers| saddle::multipliers(model, state, multipliers))
+    until_consistent(model, q, multipliers, |model, multipliers| {
+        saddle::multipliers(model, state, multipliers)
+    })
 }
 
 /// Computes multipliers and switches constraints until the active set of a shape is consistent.
-fn until_settled<M: Static + ?Sized>(
+fn until_consistent<M: Static + ?Sized>(
     model: &mut M,
     q: &[f64],
     multipliers: &mut [f64],
@@ -73,16 +75,16 @@ fn until_settled<M: Static + ?Sized>(
 
 /// Why no consistent set of active constraints was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Unsettled {
+pub enum ActiveSetFailure {
     /// A constraint is violated by this much, in metres: more than the error of a method.
-    Passed(f64),
+    Violated(f64),
     /// No accelerations follow from the forces.
     SingularMass,
     /// With every set tried, a constraint pushes or is violated.
     Undecided,
 }
 
-impl From<SingularMass> for Unsettled {
+impl From<SingularMass> for ActiveSetFailure {
     fn from(_: SingularMass) -> Self {
         Self::SingularMass
     }
@@ -102,16 +104,16 @@ pub struct Changed {
 }
 
 /// Finds the constraints that are active from this state on, and keeps them
-/// ([`keep_held`](crate::model::OneSided::keep_held)). Constraints that are reached at a speed stop the motion by
+/// ([`keep_active_set`](crate::model::OneSided::keep_active_set)). Constraints that are reached at a speed stop the motion by
 /// impulses without rebound. `released` is a constraint that is no longer active. Allocates.
 pub fn change(
     model: &mut dyn Static,
     state: [&[f64]; 2],
     released: Option<usize>,
-) -> Result<Changed, Unsettled> {
-    model.keep_held(false);
+) -> Result<Changed, ActiveSetFailure> {
+    model.keep_active_set(false);
     let changed = changed(model, state, released);
-    model.keep_held(true);
+    model.keep_active_set(true);
     changed
 }
 
@@ -119,7 +121,7 @@ fn changed(
     model: &mut dyn Static,
     [q, v]: [&[f64]; 2],
     released: Option<usize>,
-) -> Result<Changed, Unsettled> {
+) -> Result<Changed, ActiveSetFailure> {
     let (n, m) = (q.len(), model.facts().constraints());
     let (mut q, mut v, mut a) = (q.to_vec(), v.to_vec(), vec![0.0; n + m]);
     let passed = model.passed(&q, &v);
@@ -127,27 +129,27 @@ fn changed(
     let sizes = model.facts().gap_sizes[first..].to_vec();
     let farthest = passed.iter().zip(&sizes).max_by(|([a, _], _), ([b, _], _)| a.total_cmp(b));
     if let Some(([by, _], size)) = farthest.filter(|([by, _], _)| *by > TAUT) {
-        return Err(Unsettled::Passed(by * size));
+        return Err(ActiveSetFailure::Violated(by * size));
     }
-    let is_near = |i: usize| passed[i][0] >= -SHOWS && released != Some(i);
+    let is_near = |i: usize| passed[i][0] >= -NEARLY_TAUT && released != Some(i);
     let mut may_hold = vec![1.0; m];
     for (i, may_hold) in may_hold[first..].iter_mut().enumerate() {
         *may_hold = if is_near(i) { 1.0 } else { 0.0 };
     }
     let (mut lost, before) = (0.0, model.energy(&q, &v).kinetic);
-    if (0..passed.len()).any(|i| is_near(i) && passed[i][1] > LEAVES) {
+    if (0..passed.len()).any(|i| is_near(i) && passed[i][1] > SLACKENING_RATE) {
         (v, lost) = impulses(model, [&q, &v], &may_hold, first)?;
     }
     let near = may_hold.clone();
     let rates: Vec<f64> = model.passed(&q, &v).into_iter().map(|[_, rate]| rate).collect();
     for (rate, may_hold) in rates.iter().zip(&mut may_hold[first..]) {
-        *may_hold = if *rate < -LEAVES { 0.0 } else { *may_hold };
+        *may_hold = if *rate < -SLACKENING_RATE { 0.0 } else { *may_hold };
     }
     let rises = accelerate(model, [&q, &v], [&may_hold, &near], first, &mut a)?;
-    // A constraint that would open and close again within `SHOWS` stays active; otherwise it would switch ever faster.
+    // A constraint that would open and close again within `NEARLY_TAUT` stays active; otherwise it would switch ever faster.
     let mut has_others = false;
     for ((i, &rate), size) in (first..m).zip(&rates).zip(sizes) {
-        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / size * SHOWS {
+        if near[i] == 1.0 && may_hold[i] == 0.0 && rate * rate < 2.0 * rises[i] / size * NEARLY_TAUT {
             (may_hold[i], has_others) = (1.0, true);
         }
     }
@@ -172,7 +174,7 @@ fn accelerate(
     [may_hold, near]: [&[f64]; 2],
     first: usize,
     a: &mut [f64],
-) -> Result<Vec<f64>, Unsettled> {
+) -> Result<Vec<f64>, ActiveSetFailure> {
     let mut found = vec![0.0; near.len()];
     hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
         saddle::accelerations(model, q, v, &mut a[..q.len()], multipliers)?;
@@ -190,7 +192,7 @@ fn impulses(
     [q, v]: [&[f64]; 2],
     may_hold: &[f64],
     first: usize,
-) -> Result<(Vec<f64>, f64), Unsettled> {
+) -> Result<(Vec<f64>, f64), ActiveSetFailure> {
     let (mut fitted, mut lost) = (v.to_vec(), 0.0);
     hold_some(model, may_hold, first, &mut |model, multipliers, rises| {
         let mut rates = vec![0.0; may_hold.len()];
@@ -217,27 +219,27 @@ fn hold_some(
     may_hold: &[f64],
     first: usize,
     find: &mut Find<'_>,
-) -> Result<(), Unsettled> {
+) -> Result<(), ActiveSetFailure> {
     /// Multipliers and rises that are smaller than the largest ones by that factor are rounding.
     const ROUNDING: f64 = 1e-12;
     let m = may_hold.len();
-    let [mut held, mut multipliers, mut rises] = [may_hold.to_vec(), vec![0.0; m], vec![0.0; m]];
+    let [mut active, mut multipliers, mut rises] = [may_hold.to_vec(), vec![0.0; m], vec![0.0; m]];
     let mut largest: f64 = 0.0;
     for _ in 0..most_switches(m) * m.max(1) {
-        model.release(&held);
+        model.release(&active);
         find(model, &mut multipliers, &mut rises)?;
         let size = |values: &[f64]| values[first..].iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         largest = largest.max(size(&rises));
         let [slightest_pull, slightest_rise] = [size(&multipliers), largest].map(|size| ROUNDING * size);
-        let fits = |i: usize| match held[i] == 0.0 {
+        let fits = |i: usize| match active[i] == 0.0 {
             true => may_hold[i] == 0.0 || rises[i] <= slightest_rise,
             false => multipliers[i] >= -slightest_pull,
         };
         let Some(other) = (first..m).find(|&i| !fits(i)) else {
-            model.release(&held);
+            model.release(&active);
             return Ok(());
         };
-        held[other] = 1.0 - held[other];
+        active[other] = 1.0 - active[other];
     }
-    Err(Unsettled::Undecided)
+    Err(ActiveSetFailure::Undecided)
 }

@@ -16,6 +16,6 @@ pub(crate) fn products<R>(sweep: impl FnOnce() -> R) -> u64 {
 
 /// Adds one.
 #[inline(always)]
-pub(super) fn note() {
+pub(super) fn count_product() {
     PRODUCTS.set(PRODUCTS.get() + 1);
 }

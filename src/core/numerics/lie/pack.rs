@@ -4,7 +4,7 @@ use super::scalar::Scalar;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 #[cfg(test)]
-use super::counted::note;
+use super::counted::count_product;
 
 /// Number of doubles in a [`Pack`]: one 256-bit register, small enough to keep the padding of node counts
 /// cheap.
@@ -101,7 +101,7 @@ impl<const FUSED: bool> Mul for Pack<FUSED> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         #[cfg(test)]
-        note();
+        count_product();
         self.zip(other, |a, b| a * b)
     }
 }
@@ -111,7 +111,7 @@ impl<const FUSED: bool> Mul<f64> for Pack<FUSED> {
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
         #[cfg(test)]
-        note();
+        count_product();
         self.map(|a| a * factor)
     }
 }
@@ -132,7 +132,7 @@ impl<const FUSED: bool> Scalar for Pack<FUSED> {
     #[inline(always)]
     fn mul_add(self, factor: Self, addend: Self) -> Self {
         #[cfg(test)]
-        note();
+        count_product();
         let mut result = addend;
         for ((c, &a), &b) in result.0.iter_mut().zip(&self.0).zip(&factor.0) {
             *c = if FUSED { a.mul_add(b, *c) } else { a * b + *c };
@@ -142,7 +142,7 @@ impl<const FUSED: bool> Scalar for Pack<FUSED> {
     #[inline(always)]
     fn mul_sub_from(self, factor: Self, minuend: Self) -> Self {
         #[cfg(test)]
-        note();
+        count_product();
         let mut result = minuend;
         for ((c, &a), &b) in result.0.iter_mut().zip(&self.0).zip(&factor.0) {
             *c = if FUSED { (-a).mul_add(b, *c) } else { *c - a * b };

@@ -305,7 +305,7 @@ impl Newton {
         if progress.residual_norm <= options.residual_tolerance {
             return Ok(Status::AlreadyRoot);
         }
-        self.note_best(x, progress.residual_norm);
+        self.record_best(x, progress.residual_norm);
         while self.counters.iterations < options.max_iter {
             if self.age == Age::None
                 && let Some(failure) = self.renew_jacobian(system, x, progress.residual_norm, options)?
@@ -394,7 +394,7 @@ impl Newton {
         self.multiplicity.took(&self.step);
         self.counters.iterations += 1;
         if norm < self.best_norm {
-            self.note_best(x, norm);
+            self.record_best(x, norm);
         }
     }
 
@@ -505,7 +505,7 @@ impl Newton {
         x.iter().zip(&self.x_scale).fold(0.0, |m: f64, (x, scale)| m.max((x / scale).abs()))
     }
 
-    fn note_best(&mut self, x: &[f64], residual_norm: f64) {
+    fn record_best(&mut self, x: &[f64], residual_norm: f64) {
         self.best_norm = residual_norm;
         self.best_x.copy_from_slice(x);
         self.best_residual.copy_from_slice(&self.residual);

@@ -181,20 +181,20 @@ impl<G: Geometry> Gyroscope<G, G::Pack> {
 
 /// Inertia per length of the sections of a segment.
 pub(crate) trait Sections<G: Geometry> {
-    type Seen: Seen<G, G::Pack>;
+    type AboutOrigin: InertiaAboutOrigin<G, G::Pack>;
 
     /// Inertia about the origin of one pack of nodes with this rotation and position.
-    fn seen(
+    fn about_origin(
         &self,
         frame: G::Frame,
         pack: usize,
         rotation: &G::Rotation<G::Pack>,
         position: G::Vector<G::Pack>,
-    ) -> Self::Seen;
+    ) -> Self::AboutOrigin;
 }
 
 /// Inertia about the origin.
-pub(crate) trait Seen<G: Geometry, T: Scalar> {
+pub(crate) trait InertiaAboutOrigin<G: Geometry, T: Scalar> {
     /// Momentum of a twist, `N V`.
     fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T>;
     /// The inertia times `weight`, in a form that can be summed.
@@ -208,22 +208,22 @@ pub(crate) struct Round<'a, G: Geometry> {
 }
 
 impl<G: Geometry> Sections<G> for Round<'_, G> {
-    type Seen = SectionInertia<G, G::Pack>;
+    type AboutOrigin = SectionInertia<G, G::Pack>;
 
     #[inline(always)]
-    fn seen(
+    fn about_origin(
         &self,
         frame: G::Frame,
         pack: usize,
         rotation: &G::Rotation<G::Pack>,
         position: G::Vector<G::Pack>,
-    ) -> Self::Seen {
+    ) -> Self::AboutOrigin {
         let (mass, rotary) = (self.mass[pack], self.rotary[pack]);
         SectionInertia { mass, rotary, axis: G::rod_axis(frame, rotation), position }
     }
 }
 
-impl<G: Geometry, T: Scalar> Seen<G, T> for SectionInertia<G, T> {
+impl<G: Geometry, T: Scalar> InertiaAboutOrigin<G, T> for SectionInertia<G, T> {
     #[inline(always)]
     fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
         let Twist { angular, linear } = twist;
@@ -247,21 +247,21 @@ impl<G: Geometry, T: Scalar> Seen<G, T> for SectionInertia<G, T> {
 pub(crate) struct General<'a, G: Geometry>(pub(crate) &'a [Inertia<G, G::Pack>]);
 
 impl<G: Geometry> Sections<G> for General<'_, G> {
-    type Seen = Inertia<G, G::Pack>;
+    type AboutOrigin = Inertia<G, G::Pack>;
 
     #[inline(always)]
-    fn seen(
+    fn about_origin(
         &self,
         _: G::Frame,
         pack: usize,
         rotation: &G::Rotation<G::Pack>,
         position: G::Vector<G::Pack>,
-    ) -> Self::Seen {
+    ) -> Self::AboutOrigin {
         self.0[pack].carried(rotation, position)
     }
 }
 
-impl<G: Geometry, T: Scalar> Seen<G, T> for Inertia<G, T> {
+impl<G: Geometry, T: Scalar> InertiaAboutOrigin<G, T> for Inertia<G, T> {
     #[inline(always)]
     fn momentum(&self, twist: Twist<G, T>) -> Wrench<G, T> {
         self.momentum(twist)

@@ -69,7 +69,7 @@ pub(crate) fn reached_stops<G: Turning>(
 
 /// A stop that acts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pressed {
+pub(crate) struct ActiveStop {
     /// Index of the coordinate.
     coordinate: usize,
     /// The limit, and the distance of the coordinate beyond it.
@@ -80,23 +80,23 @@ pub(crate) struct Pressed {
 }
 
 /// The stop with the largest force in a shape.
-pub(crate) fn most_loaded_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Pressed> {
-    let pressed = all(plan).filter_map(|(coordinate, forces)| {
+pub(crate) fn most_loaded_stop<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<ActiveStop> {
+    let active_stops = all(plan).filter_map(|(coordinate, forces)| {
         let beyond = beyond(forces, q[coordinate]);
         let force = forces.limit_stiffness * beyond.abs();
-        (beyond != 0.0).then_some(Pressed {
+        (beyond != 0.0).then_some(ActiveStop {
             coordinate,
             limit: q[coordinate] - beyond,
             beyond: beyond.abs(),
             force,
         })
     });
-    pressed.max_by(|a, b| a.force.total_cmp(&b.force))
+    active_stops.max_by(|a, b| a.force.total_cmp(&b.force))
 }
 
 /// A sentence about a stop at which a run or a search has failed, or that it would reach next.
-pub(crate) fn advice(robot: &Robot, stop: Pressed, is_ahead: bool) -> String {
-    let Pressed { coordinate, limit, beyond, force } = stop;
+pub(crate) fn advice(robot: &Robot, stop: ActiveStop, is_ahead: bool) -> String {
+    let ActiveStop { coordinate, limit, beyond, force } = stop;
     let mut next = 0;
     let joined = robot.links.iter().find(|link| {
         let first = next;

@@ -27,7 +27,7 @@ use super::tangent::gyroscopes;
 use crate::numerics::lie::{
     Cross as _, LANES, Lanes, Scalar as _, Sweep, Twist, VectorSpace, Wrench, weighted_sum,
 };
-use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections, Seen as _};
+use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, InertiaAboutOrigin as _, Round, Sections};
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
 use crate::robot::plan::piece::PiecePlan;
@@ -210,9 +210,11 @@ fn densities<G: Turning>(
         let inertia: Inertia<G, G::Pack> = match &piece.moments {
             Moments::Round(rotary) => {
                 let sections = Round { mass: &piece.mass, rotary };
-                sections.seen(plan.frame, pack, rotation, position).weighted(G::Pack::splat(1.0))
+                sections.about_origin(plan.frame, pack, rotation, position).weighted(G::Pack::splat(1.0))
             }
-            Moments::General(sections) => General(sections).seen(plan.frame, pack, rotation, position),
+            Moments::General(sections) => {
+                General(sections).about_origin(plan.frame, pack, rotation, position)
+            }
         };
         let gyroscope = Gyroscope::new(&inertia, work.velocity[node], work.momentum[node]);
         let moves = virtual_motion[pack];

@@ -7,7 +7,7 @@
 use super::adjoint::carried;
 use super::{hinge, points};
 use crate::numerics::lie::{Cross, Lanes, Scalar, Sweep, Twist, Wrench, weighted_sum};
-use crate::robot::algebra::inertia::Seen as _;
+use crate::robot::algebra::inertia::InertiaAboutOrigin as _;
 use crate::robot::algebra::inertia::{General, Round, Sections};
 use crate::robot::effects;
 use crate::robot::effects::contact::force as contact;
@@ -183,7 +183,7 @@ fn sweep_out<G: Turning>(
     let start = base.acceleration.splat();
     for (pack, row) in piece.rows(&piece.from_base).enumerate() {
         acceleration[pack] = weighted_sum(start, row, acceleration_rate, Twist::add_lane);
-        let inertia = sections.seen(frame, pack, &rotation[pack], position[pack]);
+        let inertia = sections.about_origin(frame, pack, &rotation[pack], position[pack]);
         momentum[pack] = inertia.momentum(velocity[pack]);
         force[pack] =
             inertia.momentum(acceleration[pack]) - velocity[pack].bracket_transposed(momentum[pack]);

@@ -7,7 +7,7 @@
 use super::tangent::products;
 use crate::numerics::lie::{LANES, Scalar, Twist, weighted_sum};
 use crate::numerics::linalg::Matrix;
-use crate::robot::algebra::inertia::{General, Round, Sections, Seen as _};
+use crate::robot::algebra::inertia::{General, InertiaAboutOrigin as _, Round, Sections};
 use crate::robot::effects;
 use crate::robot::plan::Plan;
 use crate::robot::plan::material::Moments;
@@ -113,7 +113,7 @@ fn momenta<G: Turning>(
     let start = base.acceleration.splat();
     for (pack, row) in rows().enumerate() {
         let acceleration = weighted_sum(start, row, integrand, Twist::add_lane);
-        let inertia = sections.seen(plan.frame, pack, &rotation[pack], position[pack]);
+        let inertia = sections.about_origin(plan.frame, pack, &rotation[pack], position[pack]);
         let momentum = inertia.momentum(velocity[pack]);
         let of_inertia = inertia.momentum(acceleration) - velocity[pack].bracket_transposed(momentum);
         force[pack] = of_inertia * weights[pack];

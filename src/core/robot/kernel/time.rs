@@ -1,6 +1,6 @@
 //! Evaluation of time-dependent quantities: the base, the world seen from it, and varying loads.
 
-use crate::description::signal::Sight;
+use crate::description::signal::StepContext;
 use crate::description::world::base_motion::Base;
 use crate::error::Interrupted;
 use crate::robot::effects::load::plan as load;
@@ -17,14 +17,15 @@ pub(crate) fn place<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: &
 
 fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
     work.surroundings = Surroundings::new(&plan.world, plan.frame, base);
-    for (anchor, seen) in work.effects.anchors.iter_mut().zip(surroundings::seen_anchors(plan, &base)) {
+    for (anchor, seen) in work.effects.anchors.iter_mut().zip(surroundings::anchors_in_base(plan, &base)) {
         *anchor = seen;
     }
     let world_points = &mut work.effects.actuation.world_points;
-    for (point, seen) in world_points.iter_mut().zip(surroundings::seen_points(plan, &base)) {
+    for (point, seen) in world_points.iter_mut().zip(surroundings::points_in_base(plan, &base)) {
         *point = seen;
     }
-    for (ends, seen) in work.effects.loops.world_ends.iter_mut().zip(surroundings::seen_ends(plan, &base)) {
+    for (ends, seen) in work.effects.loops.world_ends.iter_mut().zip(surroundings::ends_in_base(plan, &base))
+    {
         *ends = seen;
     }
 }
@@ -34,7 +35,7 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
     work.time = f64::NAN;
     work.motion_is_known = false;
     if let Some(motion) = &plan.world.motion {
-        move_base(plan, work, motion.at(t, work.sight)?);
+        move_base(plan, work, motion.at(t, work.step_context)?);
     }
     command(plan, work, t, |_| true)?;
     work.time = t;
@@ -57,7 +58,8 @@ pub(crate) fn set_in_jump<G: Turning>(
     set(plan, work, t)?;
     work.time = f64::NAN;
     if let Some(motion) = &plan.world.motion {
-        let [before, after] = [f64::NAN, t].map(|passed| motion.at(t, Sight { passed, ..Sight::EXACT }));
+        let [before, after] =
+            [f64::NAN, t].map(|passed| motion.at(t, StepContext { passed, ..StepContext::EXACT }));
         let (before, after) = (before?, after?);
         let acceleration = before.acceleration + (after.velocity - before.velocity);
         let angular_acceleration =
@@ -69,20 +71,20 @@ pub(crate) fn set_in_jump<G: Turning>(
 
 /// From now on, functions that jump at `t` have their values after the jump.
 pub(crate) fn pass_jump<G: Turning>(work: &mut Workspace<G>, t: f64) {
-    (work.sight.passed, work.time) = (t, f64::NAN);
+    (work.step_context.passed, work.time) = (t, f64::NAN);
     work.motion_is_known = false;
 }
 
-/// From now on, tables are evaluated for steps of the size `dt`; see [`Sight`].
+/// From now on, tables are evaluated for steps of the size `dt`; see [`StepContext`].
 pub(crate) fn set_steps<G: Turning>(work: &mut Workspace<G>, dt: f64) {
-    work.sight = Sight { dt, ..Sight::EXACT };
+    work.step_context = StepContext { dt, ..StepContext::EXACT };
     work.time = f64::NAN;
     work.motion_is_known = false;
 }
 
-/// From now on, velocities of the base are means over this many seconds; see [`Sight`].
+/// From now on, velocities of the base are means over this many seconds; see [`StepContext`].
 pub(crate) fn mean_rates_over<G: Turning>(work: &mut Workspace<G>, seconds: f64) {
-    (work.sight.mean_over, work.time) = (seconds, f64::NAN);
+    (work.step_context.mean_over, work.time) = (seconds, f64::NAN);
 }
 
 /// From now on, loads are those of earlier times by `lag` seconds.
@@ -94,7 +96,7 @@ pub(crate) fn lag_loads<G: Turning>(work: &mut Workspace<G>, lag: f64) {
 /// time fails, its rates count as zero; the same failure occurs when the next time is set.
 pub(crate) fn find_command_rates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     for &i in &plan.effects.loops.lengths {
-        let rates = plan.effects.actuation.actuators[i].command.rates(work.time, work.sight);
+        let rates = plan.effects.actuation.actuators[i].command.rates(work.time, work.step_context);
         work.effects.actuation.command_rates[i] = rates.map_or([0.0; 2], |[[rate], [bend]]| [rate, bend]);
     }
 }
@@ -124,7 +126,10 @@ fn command<G: Turning>(
     for (load, acting) in loads.filter(|(load, _)| is_meant(load.varies_in_time)) {
         if let Some([force, moment]) = &load.signals {
             let seen = t - work.lag;
-            let now = [force.at(seen, work.sight, &work.inputs)?, moment.at(seen, work.sight, &work.inputs)?];
+            let now = [
+                force.at(seen, work.step_context, &work.inputs)?,
+                moment.at(seen, work.step_context, &work.inputs)?,
+            ];
             *acting = load::wrench(now, load.frame, plan.frame, &work.surroundings.base.rotation);
         }
     }
@@ -132,12 +137,13 @@ fn command<G: Turning>(
     for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
         if is_meant(actuator.command.varies_in_time()) {
             // The length of an inextensible tendon must not jump.
-            let sight = if plan.effects.loops.lengths.contains(&i) { Sight::EXACT } else { work.sight };
-            [state.commands[i]] = actuator.command.at(t, sight, &work.inputs)?;
+            let step_context =
+                if plan.effects.loops.lengths.contains(&i) { StepContext::EXACT } else { work.step_context };
+            [state.commands[i]] = actuator.command.at(t, step_context, &work.inputs)?;
         }
         let sliding = actuator.friction.as_ref().and_then(|friction| friction.sliding.as_ref());
         if let Some(sliding) = sliding.filter(|sliding| is_meant(sliding.varies_in_time())) {
-            [state.slidings[i].commanded] = sliding.at(t, work.sight, &work.inputs)?;
+            [state.slidings[i].commanded] = sliding.at(t, work.step_context, &work.inputs)?;
         }
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::model::Flaw;
+use crate::model::InvalidShape;
 use crate::numerics::lie::{LANES, Lanes, Twist, VectorSpace};
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
@@ -15,17 +15,17 @@ use crate::robot::turning::Turning;
 const LARGEST_TURN: f64 = PI;
 
 /// Problem of a shape; `None` for a valid one.
-pub(crate) fn flaw<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
-    inversion(plan, q).or_else(|| shortage(plan, q).map(|shortage| Flaw::Unresolved { shortage }))
+pub(crate) fn invalid_shape<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<InvalidShape> {
+    inversion(plan, q).or_else(|| shortage(plan, q).map(|shortage| InvalidShape::Unresolved { shortage }))
 }
 
 /// Whether the rod is turned inside out, and where.
-fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<Flaw> {
+fn inversion<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Option<InvalidShape> {
     for link in &plan.links {
         let mut start = 0.0;
         for piece in &plan.pieces[link.rod.clone()] {
             if let Some((x, stretch)) = piece.stretch.as_ref().and_then(|stretch| stretch.inverted(q)) {
-                return Some(Flaw::Inverted { at: start + x * piece.length, stretch });
+                return Some(InvalidShape::Inverted { at: start + x * piece.length, stretch });
             }
             start += piece.length;
         }

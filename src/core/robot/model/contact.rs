@@ -3,8 +3,8 @@
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN};
 use crate::model::springs::Cords;
 use crate::model::{
-    Beside, Dynamics as _, Flaw, ForwardScratch, Impact, InContact, InImpact, Overlap, Parting, Radius,
-    Reached, Sprung as _, chart,
+    Dynamics as _, ForwardScratch, GainCheck, Impact, InContact, InImpact, InvalidShape, Overlap, Radius,
+    Reached, Separation, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::FastestImpact;
@@ -125,19 +125,19 @@ impl InContact for RobotModel {
         work.iter_mut().zip(own.column_iter()).for_each(|(work, column)| *work = column.abs().sum());
     }
 
-    fn deep_penetration(&mut self, q: &[f64]) -> Option<Flaw> {
+    fn deep_penetration(&mut self, q: &[f64]) -> Option<InvalidShape> {
         if self.robot.contacts.is_empty() {
             return None;
         }
         let Self { sweeps, coordinates, .. } = self;
         let (contact, overlap) =
             coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.deep_penetration(q)))?;
-        Some(Flaw::Sunk { contact, overlap })
+        Some(InvalidShape::DeepPenetration { contact, overlap })
     }
 
-    fn note_surfaces(&mut self, q: &[f64]) {
+    fn store_surfaces(&mut self, q: &[f64]) {
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.note_surfaces(q)));
+        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.store_surfaces(q)));
     }
 
     fn have_tunnelled(&mut self, q: &[f64], radius: Radius) -> bool {
@@ -165,31 +165,34 @@ impl InImpact for RobotModel {
         coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
     }
 
-    fn is_jolted(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
+    fn has_unresolved_impact(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
         // Forces have just been computed in a shape close by.
         let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());
-        if is_apart || !self.note_rates(qd_before, motion) {
+        if is_apart || !self.store_rates(qd_before, motion) {
             return false;
         }
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.is_jolted(motion, h)))
+        coordinates
+            .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.has_unresolved_impact(motion, h)))
     }
 
-    fn parting(&mut self, qd_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Parting {
+    fn separation(&mut self, qd_before: &[f64], motion: [&[f64]; 3], since: f64, h: f64) -> Separation {
         let Self { sweeps, coordinates, .. } = self;
         let [q, qd, _] = motion;
-        let may_part = coordinates.all(
+        let may_separate = coordinates.all(
             [q, qd_before, qd],
-            |[q, qd_before, qd]| on_sweeps!(sweeps, sweeps => sweeps.may_part([q, qd_before, qd], h)),
+            |[q, qd_before, qd]| on_sweeps!(sweeps, sweeps => sweeps.may_separate([q, qd_before, qd], h)),
         );
-        if !may_part || !self.note_stiffnesses(motion, h) {
-            return Parting::default();
+        if !may_separate || !self.store_stiffnesses(motion, h) {
+            return Separation::default();
         }
-        self.note_rates(qd_before, motion);
+        self.store_rates(qd_before, motion);
         let Self { sweeps, coordinates, facts, .. } = self;
         let by_weight = facts.is_discretised;
-        coordinates
-            .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.parting(motion, since, h, by_weight)))
+        coordinates.all(
+            motion,
+            |motion| on_sweeps!(sweeps, sweeps => sweeps.separation(motion, since, h, by_weight)),
+        )
     }
 
     fn take_touched(&mut self) -> bool {
@@ -201,7 +204,7 @@ impl InImpact for RobotModel {
     }
 
     /// Gains are compared with `LARGEST_GAIN`, `AT_REST` and `EXPLOSION`.
-    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, beside: Beside) -> bool {
+    fn gains_energy(&mut self, [q, qd]: [&[f64]; 2], motion: [&[f64]; 3], h: f64, check: GainCheck) -> bool {
         // The work of prescribed motions over the step is unknown.
         if self.facts.is_carried {
             return false;
@@ -209,17 +212,17 @@ impl InImpact for RobotModel {
         let [q_after, qd_after, qdd] = motion;
         // The end of the step is evaluated last, for later queries about contact points there. A step begins where the last one ended.
         if !self.cached.is_of([q, qd]) {
-            self.note_energy([q, qd]);
+            self.cache_energy([q, qd]);
         }
         let (before, of_overlaps) = (self.cached.energy, self.cached.of_overlaps);
-        self.note_energy([q_after, qd_after]);
+        self.cache_energy([q_after, qd_after]);
         let (after, of_overlaps) = (self.cached.energy, self.cached.of_overlaps.max(of_overlaps));
         let supplied =
             if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
         let whole = after.kinetic + after.elastic;
-        match beside {
-            Beside::Motion => {
+        match check {
+            GainCheck::Kinetic => {
                 let at_rest = AT_REST * of_overlaps;
                 let exceeds = |gain: f64, kinetic: f64| gain > (LARGEST_GAIN * kinetic).max(at_rest);
                 if exceeds(gain, after.kinetic.max(before.kinetic)) {
@@ -228,38 +231,38 @@ impl InImpact for RobotModel {
                 if gain <= at_rest || self.facts.parts.len() < 2 || self.facts.is_driven {
                     return false;
                 }
-                let mut pressed = std::mem::take(&mut self.pressed);
-                pressed.find(self, if self.is_touched() { motion } else { [q, qd, qdd] });
-                let gain = pressed.gain(self, [q, qd], [q_after, qd_after], gain);
+                let mut colliding_parts = std::mem::take(&mut self.colliding_parts);
+                colliding_parts.find(self, if self.is_touched() { motion } else { [q, qd, qdd] });
+                let gain = colliding_parts.gain(self, [q, qd], [q_after, qd_after], gain);
                 let kinetic = [(q, qd, before), (q_after, qd_after, after)]
-                    .map(|(q, qd, energy)| pressed.kinetic(self, [q, qd], energy.kinetic));
-                self.pressed = pressed;
+                    .map(|(q, qd, energy)| colliding_parts.kinetic(self, [q, qd], energy.kinetic));
+                self.colliding_parts = colliding_parts;
                 // Later queries refer to the end.
-                self.note_energy([q_after, qd_after]);
+                self.cache_energy([q_after, qd_after]);
                 exceeds(gain, kinetic[0].max(kinetic[1]))
             }
-            Beside::Whole => gain > SMALL_GAIN * whole,
-            Beside::All => gain > EXPLOSION * whole,
+            GainCheck::Mechanical => gain > SMALL_GAIN * whole,
+            GainCheck::Explosion => gain > EXPLOSION * whole,
         }
     }
 
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
         let [q, qd, qdd] = motion;
         if !self.cached.is_of(before) {
-            self.note_energy(before);
+            self.cache_energy(before);
         }
         let at_start = self.cached.energy;
-        self.note_energy([q, qd]);
+        self.cache_energy([q, qd]);
         let at_end = self.cached.energy;
         let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
-        let mut pressed = std::mem::take(&mut self.pressed);
-        pressed.find(self, motion);
-        let gain = pressed.gain(self, before, [q, qd], at_end.total() - at_start.total());
-        let kinetic = pressed.kinetic(self, before, at_start.kinetic);
-        self.pressed = pressed;
+        let mut colliding_parts = std::mem::take(&mut self.colliding_parts);
+        colliding_parts.find(self, motion);
+        let gain = colliding_parts.gain(self, before, [q, qd], at_end.total() - at_start.total());
+        let kinetic = colliding_parts.kinetic(self, before, at_start.kinetic);
+        self.colliding_parts = colliding_parts;
         // Over a step of the backward Euler method, forces act as at its end.
         let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
-        self.note_rates(before[1], motion);
+        self.store_rates(before[1], motion);
         let Self { sweeps, coordinates, .. } = self;
         let FastestImpact { contact, rebound, longest } =
             coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.fastest_impact(motion)))?;
@@ -275,15 +278,16 @@ impl InImpact for RobotModel {
 
 impl RobotModel {
     /// Stores the approach velocities at the start of a step of surfaces that touch at its end; false if none touch.
-    fn note_rates(&mut self, qd_before: &[f64], [q, _, qdd]: [&[f64]; 3]) -> bool {
+    fn store_rates(&mut self, qd_before: &[f64], [q, _, qdd]: [&[f64]; 3]) -> bool {
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd_before, qdd], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_rates(motion)))
+        coordinates
+            .all([q, qd_before, qdd], |motion| on_sweeps!(sweeps, sweeps => sweeps.store_rates(motion)))
     }
 
     /// Stores with which accelerations surfaces that touch in a motion open without contact forces, and how stiff they are over the mass that
     /// takes part: with the forces of all, and where others hide that, as their impacts seem to take many steps of size `h`, with those of
     /// each pair alone. False where there are no accelerations.
-    fn note_stiffnesses(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
+    fn store_stiffnesses(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         let [q, qd, _] = motion;
         let mut a = vec![0.0; q.len()];
         let mut scratch = ForwardScratch::of(self);
@@ -294,8 +298,9 @@ impl RobotModel {
             return false;
         }
         let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, qd, &a], |motion| on_sweeps!(sweeps, sweeps => sweeps.note_openings(motion)));
-        coordinates.all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.note_stiffnesses(motion, None)));
+        coordinates.all([q, qd, &a], |motion| on_sweeps!(sweeps, sweeps => sweeps.store_openings(motion)));
+        coordinates
+            .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.store_stiffnesses(motion, None)));
         for pair in on_sweeps!(&self.sweeps, sweeps => sweeps.between_others(h)) {
             on_sweeps!(&mut self.sweeps, sweeps => sweeps.press_alone(Some(pair)));
             let alone = self.forward_dynamics(q, qd, &mut a, &mut scratch);
@@ -304,7 +309,7 @@ impl RobotModel {
                 let motion = [q, qd, &a];
                 coordinates.all(
                     motion,
-                    |motion| on_sweeps!(sweeps, sweeps => sweeps.note_stiffnesses(motion, Some(pair))),
+                    |motion| on_sweeps!(sweeps, sweeps => sweeps.store_stiffnesses(motion, Some(pair))),
                 );
             }
             on_sweeps!(sweeps, sweeps => sweeps.press_alone(None));

@@ -3,7 +3,9 @@
 use super::RobotModel;
 use super::any_sweeps::AnySweeps;
 use crate::model::constraint::one_sided;
-use crate::model::{Dynamics, Energy, Facts, Flaw, ForwardScratch, SingularMass, Tree, forward_dynamics};
+use crate::model::{
+    Dynamics, Energy, Facts, ForwardScratch, InvalidShape, SingularMass, Tree, forward_dynamics,
+};
 use crate::numerics::linalg::{Matrix, TreeMatrix};
 use crate::robot::choice::Solve;
 use crate::robot::explain::Multiplications;
@@ -37,10 +39,11 @@ impl Dynamics for RobotModel {
         });
     }
 
-    fn flaw(&mut self, q: &[f64]) -> Option<Flaw> {
+    fn invalid_shape(&mut self, q: &[f64]) -> Option<InvalidShape> {
         let own = q;
         let q = self.coordinates.only_own(q);
-        on_sweeps!(&self.sweeps, sweeps => validity::flaw(sweeps.plan(), q)).or_else(|| self.collapsed(own))
+        on_sweeps!(&self.sweeps, sweeps => validity::invalid_shape(sweeps.plan(), q))
+            .or_else(|| self.collapsed(own))
     }
 
     fn forward_dynamics(

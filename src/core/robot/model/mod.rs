@@ -18,7 +18,9 @@ use crate::description::rod::STRAINS;
 use crate::error::{Checker, InvalidInput};
 use crate::model::constraint::one_sided::TAUT;
 use crate::model::constraint::{Independent, one_sided};
-use crate::model::{Constraint, Dynamics, Energy, Facts, Flaw, OneSided as _, Pressed, Tied as _};
+use crate::model::{
+    CollidingParts, Constraint, Dynamics, Energy, Facts, InvalidShape, OneSided as _, Tied as _,
+};
 use crate::numerics::lie::{Instructions, Plane, Vector};
 use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::effects;
@@ -75,20 +77,20 @@ pub struct RobotModel {
     /// Whether the set of taut inextensible tendons is fixed.
     slack_is_kept: bool,
     /// The energy at the end of the last step tested for a gain.
-    cached: NotedEnergy,
+    cached: CachedEnergy,
     /// The parts under contact forces.
-    pressed: Pressed,
+    colliding_parts: CollidingParts,
 }
 
 /// The energy of a state, and the part of overlaps in it; not valid for any state if the vectors are empty.
 #[derive(Clone, Debug, Default)]
-struct NotedEnergy {
+struct CachedEnergy {
     of: [Vec<f64>; 2],
     energy: Energy,
     of_overlaps: f64,
 }
 
-impl NotedEnergy {
+impl CachedEnergy {
     fn is_of(&self, state: [&[f64]; 2]) -> bool {
         self.of.iter().zip(state).all(|(cached, values)| cached == values)
     }
@@ -211,8 +213,8 @@ impl RobotModel {
             steps: f64::NAN,
             ends: Arc::new([]),
             slack_is_kept: false,
-            cached: NotedEnergy::default(),
-            pressed: Pressed::default(),
+            cached: CachedEnergy::default(),
+            colliding_parts: CollidingParts::default(),
         };
         model.check_inertia()?;
         model.measured_places = model.measured_places_of_links().into();
@@ -531,7 +533,7 @@ impl RobotModel {
     }
 
     /// Stores the energy of a state, with the overlaps of the shape evaluated last.
-    fn note_energy(&mut self, state: [&[f64]; 2]) {
+    fn cache_energy(&mut self, state: [&[f64]; 2]) {
         self.cached.forget();
         let energy = self.energy(state[0], state[1]);
         let of_overlaps = on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy());
@@ -635,14 +637,15 @@ impl RobotModel {
     }
 
     /// Whether a tendon has pulled two points together.
-    fn collapsed(&mut self, q: &[f64]) -> Option<Flaw> {
+    fn collapsed(&mut self, q: &[f64]) -> Option<InvalidShape> {
         let Self { sweeps, coordinates, .. } = self;
         let can_shrink = on_sweeps!(&*sweeps, sweeps => sweeps.plan().effects.actuation.lines.iter().any(Line::can_shrink));
         if !can_shrink {
             return None;
         }
         coordinates.all([q, q], |[q, _]| {
-            on_sweeps!(sweeps, sweeps => sweeps.collapsed(q)).map(|actuator| Flaw::Collapsed { actuator })
+            on_sweeps!(sweeps, sweeps => sweeps.collapsed(q))
+                .map(|actuator| InvalidShape::Collapsed { actuator })
         })
     }
 

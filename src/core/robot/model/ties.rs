@@ -1,8 +1,8 @@
 //! Constraints of a robot.
 
 use super::{AnySweeps, LARGEST_GAP, RobotModel};
-use crate::model::constraint::one_sided::{TAKEN_UP, TAUT};
-use crate::model::{Flaw, OneSided, Switch, Tied};
+use crate::model::constraint::one_sided::{ACTIVATION_EXCESS, TAUT};
+use crate::model::{InvalidShape, OneSided, Switch, Tied};
 use crate::numerics::linalg::Matrix;
 
 impl Tied for RobotModel {
@@ -38,20 +38,20 @@ impl Tied for RobotModel {
         });
     }
 
-    fn open_loop(&mut self, q: &[f64]) -> Option<Flaw> {
+    fn open_loop(&mut self, q: &[f64]) -> Option<InvalidShape> {
         let Self { sweeps, coordinates, facts, .. } = self;
         if facts.constraints() == 0 {
             return None;
         }
-        let (held, gap, size) = coordinates
+        let (constraint, gap, size) = coordinates
             .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, &facts.gap_sizes)))?;
         // NaN counts as open.
-        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(Flaw::Open { held, gap })
+        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(InvalidShape::Open { constraint, gap })
     }
 }
 
 impl OneSided for RobotModel {
-    fn held(&self) -> Vec<bool> {
+    fn active(&self) -> Vec<bool> {
         let slack = self.slack();
         let loops = self.facts.constraints() - slack.len();
         std::iter::repeat_n(true, loops).chain(slack.into_iter().map(|is_slack| !is_slack)).collect()
@@ -82,7 +82,7 @@ impl OneSided for RobotModel {
         let mut has_activated = false;
         let rest = vec![0.0; q.len()];
         for (is_slack, [by, _]) in slack.iter_mut().zip(self.passed(q, &rest)) {
-            if *is_slack && by > TAKEN_UP {
+            if *is_slack && by > ACTIVATION_EXCESS {
                 (*is_slack, has_activated) = (false, true);
             }
         }
@@ -102,7 +102,7 @@ impl OneSided for RobotModel {
         switch
     }
 
-    fn keep_held(&mut self, is_kept: bool) {
+    fn keep_active_set(&mut self, is_kept: bool) {
         self.slack_is_kept = is_kept;
     }
 

@@ -1,6 +1,6 @@
 //! Commands of loads and actuators.
 
-use crate::description::signal::{Sight, Signal};
+use crate::description::signal::{Signal, StepContext};
 use crate::error::Interrupted;
 use crate::robot::description::Inputs;
 
@@ -21,17 +21,22 @@ impl<const N: usize> Command<N> {
     }
 
     /// Value at a time with these inputs. Only a function can fail.
-    pub(crate) fn at(&self, t: f64, sight: Sight, inputs: &[f64]) -> Result<[f64; N], Interrupted> {
+    pub(crate) fn at(
+        &self,
+        t: f64,
+        step_context: StepContext,
+        inputs: &[f64],
+    ) -> Result<[f64; N], Interrupted> {
         match self {
-            Self::InTime(signal) => signal.seen(t, sight),
+            Self::InTime(signal) => signal.value_in_step(t, step_context),
             &Self::Input(first) => Ok(std::array::from_fn(|i| inputs[first + i])),
         }
     }
 
     /// First two time derivatives with constant inputs. Only a function can fail.
-    pub(crate) fn rates(&self, t: f64, sight: Sight) -> Result<[[f64; N]; 2], Interrupted> {
+    pub(crate) fn rates(&self, t: f64, step_context: StepContext) -> Result<[[f64; N]; 2], Interrupted> {
         match self {
-            Self::InTime(signal) => signal.rates(t, sight),
+            Self::InTime(signal) => signal.rates(t, step_context),
             Self::Input(_) => Ok([[0.0; N]; 2]),
         }
     }

@@ -4,7 +4,7 @@ pub(crate) mod point;
 pub(crate) mod surroundings;
 pub(crate) mod tangent;
 
-use crate::description::signal::Sight;
+use crate::description::signal::StepContext;
 use crate::numerics::lie::{LANES, Scalar, Twist, VectorSpace, Wrench};
 use crate::robot::effects::parts::States;
 use crate::robot::plan::Plan;
@@ -78,7 +78,7 @@ pub(crate) struct Workspace<G: Space> {
     /// Time at which varying base and loads are evaluated, NaN until it is set; and the world at that time.
     pub(crate) time: f64,
     /// How tables of loads and commands are evaluated, and the time of the last jump.
-    pub(crate) sight: Sight,
+    pub(crate) step_context: StepContext,
     /// By how much earlier loads are evaluated than everything else, in seconds.
     pub(crate) lag: f64,
     pub(crate) surroundings: Surroundings<G>,
@@ -102,9 +102,9 @@ impl<G: Space> Workspace<G> {
         let (velocity, acceleration) = surroundings.motion(&plan.world, plan.frame);
         let mut effects = States::new(&plan.effects, plan.n, plan.packs);
         if plan.world.motion.is_some() {
-            effects.anchors = surroundings::seen_anchors(plan, &surroundings.base).collect();
-            effects.actuation.world_points = surroundings::seen_points(plan, &surroundings.base).collect();
-            effects.loops.world_ends = surroundings::seen_ends(plan, &surroundings.base).collect();
+            effects.anchors = surroundings::anchors_in_base(plan, &surroundings.base).collect();
+            effects.actuation.world_points = surroundings::points_in_base(plan, &surroundings.base).collect();
+            effects.loops.world_ends = surroundings::ends_in_base(plan, &surroundings.base).collect();
         }
         let station = Station {
             orientation: G::start(),
@@ -137,7 +137,7 @@ impl<G: Space> Workspace<G> {
             inputs: plan.inputs.defaults().to_vec(),
             effects,
             time: f64::NAN,
-            sight: Sight::EXACT,
+            step_context: StepContext::EXACT,
             lag: 0.0,
             surroundings,
             kinematics_of: unknown(plan.n),

@@ -71,18 +71,21 @@ impl<G: Space> Surroundings<G> {
 }
 
 /// Anchors relative to a moving base.
-pub(crate) fn seen_anchors<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = Anchor> {
+pub(crate) fn anchors_in_base<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = Anchor> {
     plan.effects.anchors.iter().map(|anchor| anchor.seen_from(base, &plan.world.base))
 }
 
 /// Positions and velocities, relative to a moving base, of the points of the world at which tendons end.
-pub(crate) fn seen_points<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [Vector<f64>; 2]> {
+pub(crate) fn points_in_base<G: Space>(
+    plan: &Plan<G>,
+    base: &Base,
+) -> impl Iterator<Item = [Vector<f64>; 2]> {
     plan.effects.actuation.world_points.iter().map(|&point| base.sees(point, &plan.world.base))
 }
 
 /// Frames of loop ends in the world, and the velocities of their origins, relative to a moving base: two for
 /// each tie. Ends on links are unchanged.
-pub(crate) fn seen_ends<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [WorldEnd; 2]> {
+pub(crate) fn ends_in_base<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = [WorldEnd; 2]> {
     plan.effects.loops.ties.iter().map(|tie| {
         tie.ends.each_ref().map(|end| {
             if end.on.is_some() {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Overlap, Parting, Radius, Reached};
+use crate::model::{Overlap, Radius, Reached, Separation};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
@@ -148,32 +148,32 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Stores the approach velocities of surfaces that touch in a motion; false if none do.
-    pub(crate) fn note_rates(&mut self, motion: [&[f64]; 3]) -> bool {
+    pub(crate) fn store_rates(&mut self, motion: [&[f64]; 3]) -> bool {
         self.update_motion(motion);
-        query::note_rates(&mut self.work);
+        query::store_rates(&mut self.work);
         !self.work.effects.contact.touches.is_empty()
     }
 
     /// Whether a step of size `h` that ends in a motion of the same shape is too long for the impacts in it.
-    pub(crate) fn is_jolted(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
+    pub(crate) fn has_unresolved_impact(&mut self, motion: [&[f64]; 3], h: f64) -> bool {
         self.update_motion(motion);
-        query::is_jolted(&self.plan, &self.work, h)
+        query::has_unresolved_impact(&self.plan, &self.work, h)
     }
 
     /// Whether surfaces that touch in a shape may separate again, by the velocities before and now.
-    pub(crate) fn may_part(&mut self, [q, v_before, v]: [&[f64]; 3], h: f64) -> bool {
+    pub(crate) fn may_separate(&mut self, [q, v_before, v]: [&[f64]; 3], h: f64) -> bool {
         self.with_zeros(|sweeps, zeros| {
             [v_before, v].into_iter().any(|v| {
                 sweeps.update_motion([q, v, zeros]);
-                query::may_part(&sweeps.work, h)
+                query::may_separate(&sweeps.work, h)
             })
         })
     }
 
     /// Stores the accelerations with which touching surfaces separate in a motion without contact forces.
-    pub(crate) fn note_openings(&mut self, motion: [&[f64]; 3]) {
+    pub(crate) fn store_openings(&mut self, motion: [&[f64]; 3]) {
         self.update_motion(motion);
-        query::note_openings(&self.plan, &mut self.work);
+        query::store_openings(&self.plan, &mut self.work);
     }
 
     /// Pairs of surfaces whose impacts seem to take many steps of size `h` because others push them.
@@ -190,15 +190,21 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Stores how stiff the places are where this pair touches, or all do, in a motion with its forces, if stiffer than stored.
-    pub(crate) fn note_stiffnesses(&mut self, motion: [&[f64]; 3], pair: Option<usize>) {
+    pub(crate) fn store_stiffnesses(&mut self, motion: [&[f64]; 3], pair: Option<usize>) {
         self.update_motion(motion);
-        query::note_stiffnesses(&self.plan, &mut self.work, pair);
+        query::store_stiffnesses(&self.plan, &mut self.work, pair);
     }
 
     /// How surfaces that touch in a motion of the same shape part again, in steps of size `h`.
-    pub(crate) fn parting(&mut self, motion: [&[f64]; 3], since: f64, h: f64, by_weight: bool) -> Parting {
+    pub(crate) fn separation(
+        &mut self,
+        motion: [&[f64]; 3],
+        since: f64,
+        h: f64,
+        by_weight: bool,
+    ) -> Separation {
         self.update_motion(motion);
-        query::parting(&self.plan, &self.work, since, h, by_weight)
+        query::separation(&self.plan, &self.work, since, h, by_weight)
     }
 
     /// The hardest impact in a step that ends in a motion of the same shape.
@@ -223,13 +229,13 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Stores the positions of surfaces in a shape, from which [`Self::have_tunnelled`] continues.
-    pub(crate) fn note_surfaces(&mut self, q: &[f64]) {
+    pub(crate) fn store_surfaces(&mut self, q: &[f64]) {
         // With a moving base the world moves even if the shape does not.
-        let is_noted =
+        let is_stored =
             self.plan.world.motion.is_none() && is_same_shape(&self.work.effects.contact.cached.of, q);
-        if tunnelling::is_possible(&self.plan) && !is_noted {
+        if tunnelling::is_possible(&self.plan) && !is_stored {
             self.see_surfaces(q);
-            tunnelling::note(&mut self.work);
+            tunnelling::store_surfaces(&mut self.work);
         }
     }
 
@@ -240,7 +246,7 @@ impl<G: Turning> Sweeps<G> {
         }
         self.see_surfaces(q);
         let have_tunnelled = tunnelling::has_tunnelled(&self.plan, &mut self.work, radius);
-        tunnelling::note(&mut self.work);
+        tunnelling::store_surfaces(&mut self.work);
         have_tunnelled
     }
 

@@ -21,7 +21,7 @@ impl<G: Turning> Sweeps<G> {
         if self.plan.varies_in_time { time::set_in_jump(&self.plan, &mut self.work, t) } else { Ok(()) }
     }
 
-    /// From now on, tables are evaluated for steps of the size `dt`; see [`Sight`](crate::description::signal::Sight).
+    /// From now on, tables are evaluated for steps of the size `dt`; see [`StepContext`](crate::description::signal::StepContext).
     pub(crate) fn set_steps(&mut self, dt: f64) {
         time::set_steps(&mut self.work, dt);
     }

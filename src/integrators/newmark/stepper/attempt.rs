@@ -217,7 +217,7 @@ impl<V: Numbers> StepperOf<V> {
         let n = self.q.len();
         if !V::IS_PLAIN && self.is_one_sided {
             // Inactive constraints keep their initial multipliers.
-            let guesses = self.guessed[n..].iter_mut().zip(model_of(system).held());
+            let guesses = self.guessed[n..].iter_mut().zip(model_of(system).active());
             guesses.filter(|(_, is_held)| !is_held).for_each(|(guess, _)| *guess = 0.0);
         }
         let Self { corrector, trial, guessed, a, counters, .. } = self;
@@ -258,7 +258,7 @@ impl<V: Numbers> StepperOf<V> {
         let [before, last] = self.speeds;
         let moved = last * (self.t - self.t_old);
         if moved > SNAPPED && last > SPIKE * before.max(speed) {
-            self.unilateral.note_snap(self.t);
+            self.unilateral.record_snap(self.t);
         }
         self.speeds = [last, speed];
     }
@@ -306,7 +306,7 @@ impl<V: Numbers> Stepper for StepperOf<V> {
             self.trial.a[..n].fill(0.0);
             self.look_for_snap(&system.facts().typical_coordinates);
             let is_stable = self.is_stable(system)?;
-            self.unilateral.note_stability(self.trial.t, is_stable);
+            self.unilateral.record_stability(self.trial.t, is_stable);
         }
         self.rank = self.corrector.rank();
         if self.options.predictor == Predictor::Best {

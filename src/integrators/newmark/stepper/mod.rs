@@ -310,7 +310,7 @@ impl<V: Numbers> StepperOf<V> {
             // Other tendons may be taut, after their impulses.
             self.rank = a.len() - q.len();
             self.corrector.forget_jacobian();
-            self.unilateral.go_on(self.has_contact);
+            self.unilateral.resume_after_stop(self.has_contact);
         }
     }
 

@@ -2,13 +2,13 @@
 
 mod tendons;
 
-use super::carried::Carried;
 use super::changes::Changes;
 use super::energy_watch::EnergyWatch;
 use super::growth::Growth;
+use super::impact_resolver::ImpactResolver;
 use super::integrator::{Integrator, without_inertia};
 use super::method::{Method, check_span, check_step};
-use super::resolving::Resolving;
+use super::prescribed_watch::PrescribedWatch;
 use super::start::Start;
 use super::status::{Status, Stop};
 use crate::description::signal::{Jumps, covers};
@@ -64,13 +64,13 @@ pub struct Run<M> {
     supply: Option<Box<FlowMeter<'static>>>,
     is_watched: bool,
     /// What is prescribed, in steps of one size.
-    carried: Option<Box<Carried>>,
+    prescribed_watch: Option<Box<PrescribedWatch>>,
     /// Vibrations that grow in steps of one size, about the start.
     growth: Option<Box<Growth>>,
     /// Impacts in steps of one size.
     resolves_impacts: bool,
     may_resolve_impacts: bool,
-    resolving: Resolving,
+    impact_resolver: ImpactResolver,
     stop: Option<Stop>,
 }
 
@@ -98,10 +98,14 @@ impl<M: Model> Run<M> {
         // The run reports errors of functions of time.
         if model.facts().has_contact
             && model.set_time(t_span.0).is_ok()
-            && let Some(flaw) = model.deep_penetration(q0)
+            && let Some(invalid_shape) = model.deep_penetration(q0)
         {
             let expected = "a start in which surfaces overlap by less than a radius";
-            return Err(InvalidInput::new("q0", format_args!("one in which the model {flaw}"), expected));
+            return Err(InvalidInput::new(
+                "q0",
+                format_args!("one in which the model {invalid_shape}"),
+                expected,
+            ));
         }
         if let Some(dt) = method.fixed_step() {
             check_step(dt, model.facts().shortest_period)?;
@@ -137,11 +141,11 @@ impl<M: Model> Run<M> {
             energy: None,
             supply: None,
             is_watched: false,
-            carried: None,
+            prescribed_watch: None,
             growth: None,
             resolves_impacts,
             may_resolve_impacts: may_resolve,
-            resolving: Resolving::new(n),
+            impact_resolver: ImpactResolver::new(n),
             stop: None,
         })
     }
@@ -222,7 +226,7 @@ impl<M: Model> Run<M> {
             return Ok(Some(status));
         }
         if self.changes.as_ref().is_some_and(|changes| !changes.has_begun)
-            && let Some(status) = self.find_held()?
+            && let Some(status) = self.find_active_set()?
         {
             return Ok(Some(status));
         }
@@ -232,7 +236,7 @@ impl<M: Model> Run<M> {
         if !self.is_watched {
             self.is_watched = true;
             self.energy = self.watch();
-            self.carried = self.follow();
+            self.prescribed_watch = self.follow();
             self.growth = self.growing();
         }
         if !self.inputs_have_jumped {
@@ -283,14 +287,14 @@ impl<M: Model> Run<M> {
                 return self.jump(corner);
             }
         }
-        let steps = self.carried.is_some().then(|| self.steps());
+        let steps = self.prescribed_watch.is_some().then(|| self.steps());
         let status = match &self.changes {
             None => self.single_step(Lengths::Smooth)?,
             Some(changes) if changes.jumps => self.step_over_jump()?,
             Some(_) => self.step_to_change()?,
         };
         if steps.is_some_and(|steps| self.steps() > steps) {
-            self.follow_prescribed(Carried::step)?;
+            self.follow_prescribed(PrescribedWatch::step)?;
         }
         Ok(self.where_grown(status))
     }
@@ -325,19 +329,19 @@ impl<M: Model> Run<M> {
     }
 
     /// The watch on prescribed motions, if steps are of one size.
-    fn follow(&mut self) -> Option<Box<Carried>> {
+    fn follow(&mut self) -> Option<Box<PrescribedWatch>> {
         let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
-        self.integrator.observe(|model, state| Carried::new(model, state, scheme, dt)).map(Box::new)
+        self.integrator.observe(|model, state| PrescribedWatch::new(model, state, scheme, dt)).map(Box::new)
     }
 
     fn follow_prescribed(
         &mut self,
-        follow: impl FnOnce(&mut Carried, &mut M, f64),
+        follow: impl FnOnce(&mut PrescribedWatch, &mut M, f64),
     ) -> Result<(), Interrupted> {
-        let Self { integrator, carried: Some(carried), .. } = self else { return Ok(()) };
+        let Self { integrator, prescribed_watch: Some(prescribed_watch), .. } = self else { return Ok(()) };
         integrator.observe(|model, state| {
             model.set_time(state.t)?;
-            follow(carried, model, state.t);
+            follow(prescribed_watch, model, state.t);
             Ok(())
         })
     }
@@ -380,8 +384,8 @@ impl<M: Model> Run<M> {
 
     /// Adds what flows in the last step to what a meter has measured before it.
     pub(crate) fn measure(&mut self, meter: &mut FlowMeter<'_>) -> Result<(), Interrupted> {
-        let Self { integrator, resolving, .. } = self;
-        integrator.observe(|model, state| match resolving.within() {
+        let Self { integrator, impact_resolver, .. } = self;
+        integrator.observe(|model, state| match impact_resolver.within() {
             Some(within) => meter.steps(model, within.steps()),
             None => meter.step(model, state),
         })
@@ -400,7 +404,7 @@ impl<M: Model> Run<M> {
         };
         self.jumped_at = Some(corner);
         self.integrator.restart([&q, &v, &a])?;
-        self.follow_prescribed(|carried, model, _| carried.jump(model))?;
+        self.follow_prescribed(|prescribed_watch, model, _| prescribed_watch.jump(model))?;
         let work = self.energy()?.total() - before;
         self.work = Some(self.work.unwrap_or(0.0) + work);
         Ok(None)
@@ -408,14 +412,14 @@ impl<M: Model> Run<M> {
 
     fn single_step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
         let steps = self.integrator.steps();
-        self.resolving.begin_step();
+        self.impact_resolver.begin_step();
         let status = self.integrator.step(lengths)?;
         if self.integrator.steps() > steps {
             if self.resolves_impacts {
-                self.integrator.resolve_impact(&mut self.resolving)?;
+                self.integrator.resolve_impact(&mut self.impact_resolver)?;
             }
             self.stop = match self.integrator.hold()? {
-                true => self.integrator.observe(|model, state| Stop::where_flawed(model, state.t, state.q)),
+                true => self.integrator.observe(|model, state| Stop::where_invalid(model, state.t, state.q)),
                 false if self.changes.is_some() => Some(Stop::at_jump_or_singular_position(self.t())),
                 false => Some(Stop::at_singular_position(self.t())),
             };
@@ -524,18 +528,18 @@ impl<M: Model> Run<M> {
     /// Why the motion so far may be wrong although all steps were made: energy that fixed steps add or lose, as long as inputs are
     /// those of the start, and prescribed motions and impacts that they do not resolve.
     pub fn doubt(&mut self) -> Option<String> {
-        let Self { integrator, energy, carried, .. } = self;
+        let Self { integrator, energy, prescribed_watch, .. } = self;
         if integrator.steps() == 0 {
             return None;
         }
         let of_motion = integrator.observe(|model, state| {
             let of_energy = energy.as_ref().and_then(|energy| energy.verdict(model, state));
-            of_energy.or_else(|| carried.as_ref()?.verdict(model, state))
+            of_energy.or_else(|| prescribed_watch.as_ref()?.verdict(model, state))
         });
         let of_growth = self.grown_late();
         let Self { changes, .. } = self;
         let remedy = match (self.resolves_impacts, self.may_resolve_impacts) {
-            (true, _) if self.resolving.is_exhausted() => Remedy::Bounded,
+            (true, _) if self.impact_resolver.is_exhausted() => Remedy::Bounded,
             (false, true) => Remedy::Resolve,
             _ => Remedy::Shorten,
         };
@@ -548,7 +552,7 @@ impl<M: Model> Run<M> {
         });
         let Self { integrator, .. } = self;
         let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
-        let known = known.or_else(|| self.resolving.doubt());
+        let known = known.or_else(|| self.impact_resolver.doubt());
         let of_sticking = self.sticks_too_little();
         let Self { integrator, energy, .. } = self;
         let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
@@ -616,7 +620,7 @@ impl<M: Model> Run<M> {
         times: &[f64],
         [q, v, a]: [&mut [f64]; 3],
     ) -> Result<bool, Interrupted> {
-        if let Some(within) = self.resolving.within() {
+        if let Some(within) = self.impact_resolver.within() {
             let n = self.q().len();
             let motions = q.chunks_exact_mut(n).zip(v.chunks_exact_mut(n)).zip(a.chunks_exact_mut(n));
             motions.zip(times).for_each(|(((q, v), a), &t)| within.interpolate(t, [q, v, a]));
@@ -685,14 +689,14 @@ impl<M: Model> Run<M> {
         tape.optional(&mut self.jumped_at, 0.0, Tape::number);
         self.grid.serialise(tape);
         self.integrator.serialise(tape);
-        self.resolving.serialise(tape);
+        self.impact_resolver.serialise(tape);
         self.has_mass |= self.integrator.steps() > 0;
         self.serialise_watch(tape);
         self.serialise_changes(tape);
         self.serialise_growth(tape);
         // Versions before do not know it.
         if self.resolves_impacts && !tape.is_over() {
-            self.resolving.serialise_rounding(tape);
+            self.impact_resolver.serialise_rounding(tape);
         }
     }
 
@@ -721,7 +725,7 @@ impl<M: Model> Run<M> {
     }
 
     fn serialise_watch(&mut self, tape: &mut Tape<'_>) {
-        let mut has = [self.energy.is_some(), self.supply.is_some(), self.carried.is_some()];
+        let mut has = [self.energy.is_some(), self.supply.is_some(), self.prescribed_watch.is_some()];
         tape.flag(&mut self.is_watched);
         has.iter_mut().for_each(|flag| tape.flag(flag));
         if tape.reads() {
@@ -732,10 +736,10 @@ impl<M: Model> Run<M> {
             } else {
                 None
             };
-            self.carried = if has[2] { self.follow() } else { None };
+            self.prescribed_watch = if has[2] { self.follow() } else { None };
         }
         self.energy.iter_mut().for_each(|energy| energy.serialise(tape));
         self.supply.iter_mut().for_each(|supply| supply.serialise(tape));
-        self.carried.iter_mut().for_each(|carried| carried.serialise(tape));
+        self.prescribed_watch.iter_mut().for_each(|prescribed_watch| prescribed_watch.serialise(tape));
     }
 }

@@ -10,7 +10,7 @@ use crate::error::Interrupted;
 use crate::integrators::newmark::Lengths;
 use crate::integrators::second_order::Failure;
 use crate::model::Model;
-use crate::model::constraint::one_sided::{self, TAUT, Unsettled};
+use crate::model::constraint::one_sided::{self, ActiveSetFailure, TAUT};
 use crate::simulation::balance::State;
 
 /// If a taut tendon misses its length in a step of this part of the interval, the length jumps: the step is not shortened further.
@@ -70,7 +70,7 @@ impl<M: Model> Run<M> {
                     if is_fixed && event.t - times[0] <= rounding_of_times(self.dt, event.t) =>
                 {
                     integrator.take_back();
-                    return self.change(event.is_let_go.then_some(event.which));
+                    return self.change(event.is_released.then_some(event.which));
                 }
                 Verdict::EndAt(event) => {
                     integrator.take_back();
@@ -82,7 +82,7 @@ impl<M: Model> Run<M> {
                     integrator.take_back();
                     let middle = 0.5 * (times[0] + times[1]);
                     if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
-                        return Ok(self.unsettled(Unsettled::Passed(by)));
+                        return Ok(self.active_set_failure(ActiveSetFailure::Violated(by)));
                     }
                     integrator.end_at(middle);
                     planned = None;
@@ -154,32 +154,32 @@ impl<M: Model> Run<M> {
             let before = model.passed(q, &rest);
             model.set_time(t)?;
             let after = model.passed(q, &rest);
-            let held = held_tendons(model, after.len());
-            let has_jumped = |(([from, rate], [to, next]), is_held): ((&[f64; 2], &[f64; 2]), bool)| {
+            let active = taut_tendons(model, after.len());
+            let has_jumped = |(([from, rate], [to, next]), is_active): ((&[f64; 2], &[f64; 2]), bool)| {
                 let (change, by_rates) = (to - from, 0.5 * h * (rate + next));
                 let most = change.abs() + 0.5 * h * (rate.abs() + next.abs());
-                is_held && (change - by_rates).abs() > TAUT.max(UNEVEN * most)
+                is_active && (change - by_rates).abs() > TAUT.max(UNEVEN * most)
             };
-            Ok(before.iter().zip(&after).zip(held).any(has_jumped))
+            Ok(before.iter().zip(&after).zip(active).any(has_jumped))
         })
     }
 
     fn follow_jump(&mut self) -> Result<Option<Status>, Interrupted> {
         let start = self.integrator.observe(|model, State { q, v, .. }| {
             let tendons = model.passed(q, v).len();
-            held_tendons(model, tendons)
+            taut_tendons(model, tendons)
         });
         let (mut search, mut lengths) = (Search::new(&start), Lengths::Jump);
         let status = loop {
-            let held = search.held().to_vec();
-            let (status, end) = self.step_with(&start, &held, lengths)?;
+            let active = search.active().to_vec();
+            let (status, end) = self.step_with(&start, &active, lengths)?;
             let end = end.as_ref().map(|[pulls, excesses]| [&pulls[..], &excesses[..]]);
             if search.fits(end) {
                 break status;
             }
             let has_next = search.next(end);
             let is_taken_up =
-                search.held().iter().zip(&start).any(|(is_held, was_held)| *is_held && !was_held);
+                search.active().iter().zip(&start).any(|(is_active, was_active)| *is_active && !was_active);
             if lengths == Lengths::Jump && (is_taken_up || !has_next) {
                 self.integrator.take_back();
                 (search, lengths) = (Search::new(&start), Lengths::TakenUp);
@@ -190,16 +190,16 @@ impl<M: Model> Run<M> {
                 continue;
             }
             let Some((misfit, best)) = search.best().cloned() else {
-                hold_tendons(self.integrator.model(), &start);
+                set_taut_tendons(self.integrator.model(), &start);
                 return Ok(status);
             };
             if misfit.excess > ASTRAY {
                 self.integrator.take_back();
-                hold_tendons(self.integrator.model(), &start);
+                set_taut_tendons(self.integrator.model(), &start);
                 return Ok(Some(self.stop.insert(Stop::at_conflict(self.integrator.t())).status));
             }
             self.miss(misfit.excess);
-            if best == held {
+            if best == active {
                 break status;
             }
             self.integrator.take_back();
@@ -211,26 +211,26 @@ impl<M: Model> Run<M> {
         Ok(status)
     }
 
-    /// Makes a step with the tendons `held` taut; at its start those in `start` are. Returns tensions and excesses at its end if it was
+    /// Makes a step with the tendons `active` taut; at its start those in `start` are. Returns tensions and excesses at its end if it was
     /// made and the end is valid.
     #[allow(clippy::type_complexity, reason = "a status and the end")]
     fn step_with(
         &mut self,
         start: &[bool],
-        held: &[bool],
+        active: &[bool],
         lengths: Lengths,
     ) -> Result<(Option<Status>, Option<[Vec<f64>; 2]>), Interrupted> {
-        hold_tendons(self.integrator.model(), held);
+        set_taut_tendons(self.integrator.model(), active);
         let steps = self.steps();
         let Ok(status) = self.single_step(lengths) else {
-            hold_tendons(self.integrator.model(), start);
+            set_taut_tendons(self.integrator.model(), start);
             return Err(Interrupted);
         };
         if self.steps() == steps || self.stop.is_some() {
             return Ok((status, None));
         }
         let pulls = self.integrator.pulls().unwrap_or_default();
-        let pulls = pulls[pulls.len() - held.len()..].to_vec();
+        let pulls = pulls[pulls.len() - active.len()..].to_vec();
         let excesses = self.integrator.observe(|model, state| {
             model.set_time(state.t)?;
             Ok(model.passed(state.q, state.v).into_iter().map(|[by, _]| by).collect())
@@ -249,7 +249,7 @@ impl<M: Model> Run<M> {
     }
 
     /// Finds the active constraints at the start.
-    pub(super) fn find_held(&mut self) -> Result<Option<Status>, Interrupted> {
+    pub(super) fn find_active_set(&mut self) -> Result<Option<Status>, Interrupted> {
         let found = self.integrator.observe(|model, state| {
             model.set_time(state.t)?;
             Ok(one_sided::change(model, [state.q, state.v], None))
@@ -260,8 +260,8 @@ impl<M: Model> Run<M> {
         }
         Ok(match found {
             // Inputs were set before the start.
-            Err(Unsettled::Passed(_)) if is_fixed => None,
-            found => found.err().and_then(|why| self.unsettled(why)),
+            Err(ActiveSetFailure::Violated(_)) if is_fixed => None,
+            found => found.err().and_then(|why| self.active_set_failure(why)),
         })
     }
 
@@ -274,13 +274,13 @@ impl<M: Model> Run<M> {
         let is_fixed = self.integrator.pulls().is_some();
         let changed = match found {
             Ok(changed) => changed,
-            Err(Unsettled::Passed(_) | Unsettled::Undecided) if is_fixed => {
+            Err(ActiveSetFailure::Violated(_) | ActiveSetFailure::Undecided) if is_fixed => {
                 let Some(changes) = &mut self.changes else { unreachable!("there are none") };
                 changes.jumps = true;
                 return Ok(None);
             }
             Err(why) => {
-                let status = self.unsettled(why);
+                let status = self.active_set_failure(why);
                 let none = self.integrator.no_acceleration(Failure::SingularJacobian);
                 return Ok(Some(status.unwrap_or(none)));
             }
@@ -302,28 +302,28 @@ impl<M: Model> Run<M> {
     }
 
     /// Ends the interval if no active set was found; `None` if the mass is singular.
-    fn unsettled(&mut self, why: Unsettled) -> Option<Status> {
+    fn active_set_failure(&mut self, why: ActiveSetFailure) -> Option<Status> {
         let t = self.t();
         let stop = match why {
-            Unsettled::Passed(by) => Stop::where_too_long(t, by),
-            Unsettled::Undecided => Stop::at_conflict(t),
-            Unsettled::SingularMass => return None,
+            ActiveSetFailure::Violated(by) => Stop::where_too_long(t, by),
+            ActiveSetFailure::Undecided => Stop::at_conflict(t),
+            ActiveSetFailure::SingularMass => return None,
         };
         Some(self.stop.insert(stop).status)
     }
 }
 
 /// For each of this number of tendons, whether it is taut.
-fn held_tendons<M: Model>(model: &M, tendons: usize) -> Vec<bool> {
-    let held = model.held();
-    held[held.len() - tendons..].to_vec()
+fn taut_tendons<M: Model>(model: &M, tendons: usize) -> Vec<bool> {
+    let active = model.active();
+    active[active.len() - tendons..].to_vec()
 }
 
 /// Makes exactly these tendons taut.
-fn hold_tendons<M: Model>(model: &mut M, held: &[bool]) {
-    let closed = std::iter::repeat_n(true, model.facts().constraints() - held.len());
+fn set_taut_tendons<M: Model>(model: &mut M, active: &[bool]) {
+    let closed = std::iter::repeat_n(true, model.facts().constraints() - active.len());
     let all: Vec<f64> =
-        closed.chain(held.iter().copied()).map(|is_held| f64::from(u8::from(is_held))).collect();
+        closed.chain(active.iter().copied()).map(|is_active| f64::from(u8::from(is_active))).collect();
     model.release(&all);
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::model::{Parting, REACHED};
+use crate::model::{REACHED, Separation};
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
@@ -67,19 +67,19 @@ pub(crate) fn overlap_energy<G: Turning>(work: &Workspace<G>) -> f64 {
 }
 
 /// Stores the rates of the distances at all contact points, with the motion up to date.
-pub(crate) fn note_rates<G: Turning>(work: &mut Workspace<G>) {
+pub(crate) fn store_rates<G: Turning>(work: &mut Workspace<G>) {
     let ContactState { touches, rates, .. } = &mut work.effects.contact;
     rates.clear();
     rates.extend(touches.iter().map(|touch| touch.contact_force.rate));
 }
 
 /// Whether a step of size `h` is too long to resolve its impacts, with the motion at its end up to date, and the stored rates of
-/// distances for the velocities at its start ([`note_rates`]).
+/// distances for the velocities at its start ([`store_rates`]).
 ///
 /// Surfaces that have met within the step, according to both rates, must not have lost much of their speed. For all others, the
 /// stiffness over the mass follows from the overlap d and the acceleration a with which they separate, `omega^2 = a / d`; the impact
 /// takes `pi / omega`.
-pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
+pub(crate) fn has_unresolved_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
     touches.enumerate().any(|(t, (touch, &before))| {
         let (overlap, after) = (touch.contact_point.overlap, touch.contact_force.rate);
@@ -91,13 +91,13 @@ pub(crate) fn is_jolted<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64)
 }
 
 /// Whether distances of touching surfaces change in a step of size `h` by more than at rest ([`AT_REST`]), with the motion up to date.
-pub(crate) fn may_part<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
+pub(crate) fn may_separate<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
     let moves = |touch: &Touch| h * touch.contact_force.rate.abs() > AT_REST * touch.contact_point.overlap;
     work.effects.contact.touches.iter().any(moves)
 }
 
 /// Takes down with which accelerations surfaces that touch open without contact forces, the motion up to date.
-pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+pub(crate) fn store_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut openings = std::mem::take(&mut work.effects.contact.openings);
     openings.clear();
     openings.extend((0..work.effects.contact.touches.len()).map(|t| opening(plan, work, t)));
@@ -107,12 +107,12 @@ pub(crate) fn note_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>)
 }
 
 /// Takes down how stiff the places where this pair touches, or all pairs, are over the mass that takes part, if they are stiffer than known so
-/// far. The motion is up to date, with the forces of this pair alone, or of all; noted are the openings without any.
-pub(crate) fn note_stiffnesses<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, pair: Option<usize>) {
+/// far. The motion is up to date, with the forces of this pair alone, or of all; stored are the openings without any.
+pub(crate) fn store_stiffnesses<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, pair: Option<usize>) {
     let mut stiffnesses = std::mem::take(&mut work.effects.contact.stiffnesses);
     let ContactState { touches, openings, .. } = &work.effects.contact;
-    let noted = stiffnesses.iter_mut().zip(openings);
-    for (t, (touch, (stiffness, unpushed))) in touches.iter().zip(noted).enumerate() {
+    let stored = stiffnesses.iter_mut().zip(openings);
+    for (t, (touch, (stiffness, unpushed))) in touches.iter().zip(stored).enumerate() {
         if pair.is_some_and(|pair| pair != touch.pair) {
             continue;
         }
@@ -145,16 +145,16 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
 /// `by_weight`, a is that of the weight alone: the forces of waves along a compressed rod last no longer than these.
-pub(crate) fn parting<G: Turning>(
+pub(crate) fn separation<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     since: f64,
     h: f64,
     by_weight: bool,
-) -> Parting {
+) -> Separation {
     let contact = &work.effects.contact;
     let cached = contact.rates.iter().zip(contact.openings.iter().zip(&contact.stiffnesses));
-    let mut found = Parting::default();
+    let mut found = Separation::default();
     for (touch, (&before, (&unpushed, &(stiffness, is_held)))) in contact.touches.iter().zip(cached) {
         let overlap = touch.contact_point.overlap;
         let is_coarse = h * h * stiffness > COARSE;
@@ -170,7 +170,7 @@ pub(crate) fn parting<G: Turning>(
         let leaving = speed * rebound(touch.contact_point.law.dissipation * speed);
         if leaving * h > REACHED * plan.effects.contacts.pairs[touch.pair].thickness {
             let (flight, impact) = (2.0 * leaving / (contact_force.max(0.0) * h), PI / stiffness.sqrt());
-            found = found.and(Parting { flight, impact, speed: leaving });
+            found = found.and(Separation { flight, impact, speed: leaving });
         }
     }
     found
@@ -204,7 +204,7 @@ pub(crate) struct FastestImpact {
     pub(crate) longest: f64,
 }
 
-/// The impact with the highest speed of approach; motion and stored rates are as for [`is_jolted`].
+/// The impact with the highest speed of approach; motion and stored rates are as for [`has_unresolved_impact`].
 pub(crate) fn fastest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<FastestImpact> {
     /// Number of steps in an impact, which takes `pi / omega`, that return more than nine tenths of its energy.
     const STEPS: f64 = 20.0;

@@ -56,7 +56,7 @@ pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
 }
 
 /// Stores the positions of surfaces in the shape evaluated last.
-pub(crate) fn note<G: Turning>(work: &mut Workspace<G>) {
+pub(crate) fn store_surfaces<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.effects.contact;
     let Cached { of, places, bounds, centres, corners, poses, .. } = &mut contact.cached;
     of.clear();

@@ -36,7 +36,7 @@ pub(super) use self::points::gyroscopes;
 use self::scope::Scope;
 use super::{elasticity, lines, loops, tree};
 use crate::numerics::lie::{Scalar, Sweep};
-use crate::robot::algebra::inertia::Seen as _;
+use crate::robot::algebra::inertia::InertiaAboutOrigin as _;
 use crate::robot::algebra::inertia::{General, Gyroscope, Inertia, Round, Sections};
 use crate::robot::effects;
 use crate::robot::plan::Plan;
@@ -136,8 +136,8 @@ fn sections_in_motion<G: Turning>(
     for pack in 0..piece.packs {
         let node = piece.first_pack + pack;
         let weight = piece.weights[pack];
-        let seen = sections.seen(plan.frame, pack, &work.rotation[node], work.position[node]);
-        let inertia = seen.weighted(weight);
+        let about_origin = sections.about_origin(plan.frame, pack, &work.rotation[node], work.position[node]);
+        let inertia = about_origin.weighted(weight);
         inertias[pack] = inertia;
         if !weights.is_mass_only {
             gyroscopes[pack] = Gyroscope::new(&inertia, work.velocity[node], work.momentum[node] * weight);

@@ -12,7 +12,7 @@ use crate::robot::turning::Turning;
 
 /// The half extents along y and z that can touch: a plane of motion intersects sections along one of their axes, and only that extent
 /// matters.
-pub(super) fn seen<G: Turning>(plan: &Plan<G>, [y, z]: [f64; 2]) -> [f64; 2] {
+pub(super) fn in_plan<G: Turning>(plan: &Plan<G>, [y, z]: [f64; 2]) -> [f64; 2] {
     let is_seen = [Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)].map(|axis| {
         let kept = G::in_space(plan.frame, G::vector_of(plan.frame, axis));
         kept.dot(kept) > 0.5
@@ -27,7 +27,7 @@ pub(super) fn seen<G: Turning>(plan: &Plan<G>, [y, z]: [f64; 2]) -> [f64; 2] {
 /// Rejects contacts of rods whose sections have no extent.
 pub(super) fn check_extents<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
     let has_extent = |segment: &Segment, x: f64| {
-        let extents = seen(plan, segment.section.half_extents(x));
+        let extents = in_plan(plan, segment.section.half_extents(x));
         extents.iter().all(|&extent| extent > 0.0)
     };
     let mut check = Checker::new();

@@ -293,7 +293,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             .chain(piece.gauss.nodes.iter().copied())
             .chain([1.0])
             .map(|x| {
-                let half_extents = extents::seen(plan, piece.part().half_extents(x));
+                let half_extents = extents::in_plan(plan, piece.part().half_extents(x));
                 Sample { x, radius: half_extents[0].max(half_extents[1]), half_extents }
             })
             .collect();

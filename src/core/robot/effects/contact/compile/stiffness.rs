@@ -34,7 +34,7 @@ const BENDING: f64 = 7.0;
 /// Weights count twice, because a weight that is released on a spring presses twice as much as at rest. Weights on free joints count
 /// four times ([`FALLING`]): after a fall by h the overlap is `d = sqrt(2 F h / (k L))`, a third of the radius for twice the length
 /// of a slender rod.
-const LET_GO: f64 = 2.0;
+const RELEASED: f64 = 2.0;
 const FALLING: f64 = 4.0;
 
 /// Number of parts of a segment with varying sections at which these are evaluated.
@@ -131,7 +131,7 @@ impl KnownLoads {
     }
 
     fn force(&self) -> f64 {
-        self.weight * if self.falls { FALLING } else { LET_GO } + self.force
+        self.weight * if self.falls { FALLING } else { RELEASED } + self.force
     }
 }
 

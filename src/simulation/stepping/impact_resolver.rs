@@ -6,12 +6,12 @@
 
 use std::f64::consts::PI;
 
-use super::resolved::Within;
+use super::resolved::ResolvedMotion;
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Unilateral, matters};
 use crate::integrators::radau;
 use crate::integrators::second_order::{Counters, Status};
-use crate::model::{Facts, Model, Parting};
+use crate::model::{Facts, Model, Separation};
 use crate::numerics::tape::Tape;
 
 /// Tolerance of the steps within, relative to what the step changes velocities by: balls rebound with 1.0000 of their energy, and none is
@@ -19,13 +19,13 @@ use crate::numerics::tape::Tape;
 const TOLERANCE: f64 = 1e-4;
 
 /// Velocities count as changed by this part of the largest change, all in typical sizes: what hardly takes part needs no digits.
-const HARDLY: f64 = 1e-4;
+const NEGLIGIBLE_CHANGE: f64 = 1e-4;
 
 /// The first step within an impact is that part of it.
-const FIRST: f64 = 0.1;
+const FIRST_STEP: f64 = 0.1;
 
 /// The time at which surfaces meet is found to that part of an impact.
-const AT_TOUCH: f64 = 1e-3;
+const CONTACT_TIME_TOLERANCE: f64 = 1e-3;
 
 /// Maximum number of halvings until then.
 const MOST_HALVINGS: usize = 40;
@@ -34,36 +34,36 @@ const MOST_HALVINGS: usize = 40;
 const ROUNDING: f64 = 1e-12;
 
 /// So are changes of a coordinate by this part of it, also of what moves along: two units in the last place.
-const LAST_DIGITS: f64 = 2.0 * f64::EPSILON;
+const TWO_ULPS: f64 = 2.0 * f64::EPSILON;
 
 /// Rounding of more than this part of what coordinates move by in an impact causes a doubt: the rebound is off by about as much.
-const FEW_DIGITS: f64 = 1e-2;
+const LARGEST_ROUNDING: f64 = 1e-2;
 
 /// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
 /// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
 const FREE_WORK: usize = 120_000;
 
 /// In addition, one evaluation for this number of others.
-const OTHERS: usize = 2;
+const OTHERS_PER_EVALUATION: usize = 2;
 
 /// A step is attempted if the allowed work is at least the work of the last failed attempt divided by this.
-const CHEAPER: usize = 4;
+const RETRY_RATIO: usize = 4;
 
 /// State of the resolution of impacts in a run.
 #[derive(Clone, Debug)]
-pub(super) struct Resolving {
+pub(super) struct ImpactResolver {
     /// Evaluations so far.
     used: usize,
     /// Evaluations of the last step that took more than allowed.
-    in_vain: usize,
+    failed_work: usize,
     /// Whether an impact that matters has not been resolved, because it would have taken too much work.
     is_exhausted: bool,
     /// If the last step was resolved and ended within an impact, the duration of this impact in seconds, which the next step continues.
-    going_on: f64,
+    unfinished_impact: f64,
     /// Tolerances of velocities in the last step that was resolved.
     tolerances: Vec<f64>,
     /// The motion within the last step, if that was resolved.
-    within: Within,
+    within: ResolvedMotion,
     /// The largest part of an impact that is rounding, and when that was.
     rounding: (f64, f64),
 }
@@ -96,16 +96,16 @@ fn work_of(counters: &Counters) -> usize {
     counters.nfev + TANGENT * counters.njev
 }
 
-impl Resolving {
+impl ImpactResolver {
     /// Of a run of `n` coordinates that has resolved nothing yet.
     pub(super) fn new(n: usize) -> Self {
         Self {
             used: 0,
-            in_vain: 0,
+            failed_work: 0,
             is_exhausted: false,
-            going_on: 0.0,
+            unfinished_impact: 0.0,
             tolerances: vec![0.0; n],
-            within: Within::new(n),
+            within: ResolvedMotion::new(n),
             rounding: (0.0, 0.0),
         }
     }
@@ -116,7 +116,7 @@ impl Resolving {
     }
 
     /// The motion within the last step, if that was resolved.
-    pub(super) fn within(&self) -> Option<&Within> {
+    pub(super) fn within(&self) -> Option<&ResolvedMotion> {
         Some(&self.within).filter(|within| !within.is_empty())
     }
 
@@ -129,31 +129,31 @@ impl Resolving {
         [before, found]: [&[f64]; 2],
         h: f64,
     ) -> Option<f64> {
-        let parting = &unilateral.parting();
-        let going_on = std::mem::take(&mut self.going_on);
+        let separation = &unilateral.separation();
+        let unfinished_impact = std::mem::take(&mut self.unfinished_impact);
         // What an impact has excited is followed as long as steps do not.
-        let follows = if unilateral.is_excited() { h } else { going_on };
-        if !matters(parting) && follows == 0.0 {
+        let follows = if unilateral.is_excited() { h } else { unfinished_impact };
+        if !matters(separation) && follows == 0.0 {
             return None;
         }
-        if going_on == 0.0 {
+        if unfinished_impact == 0.0 {
             self.tolerances.fill(0.0);
         }
         // Where surfaces let go velocities hardly change any more.
         let sizes = &facts.typical_coordinates;
         let changes = before.iter().zip(found).map(|(before, found)| (found - before).abs());
         let largest = changes.clone().zip(sizes).map(|(change, size)| change / size);
-        let largest = largest.fold((parting.speed / facts.length).max(ROUNDING / h), f64::max);
+        let largest = largest.fold((separation.speed / facts.length).max(ROUNDING / h), f64::max);
         let single = single_tolerance(sizes.len());
         for ((tolerance, change), size) in self.tolerances.iter_mut().zip(changes).zip(sizes) {
-            *tolerance = tolerance.max(single * change.max(HARDLY * largest * size));
+            *tolerance = tolerance.max(single * change.max(NEGLIGIBLE_CHANGE * largest * size));
         }
-        Some(if matters(parting) { parting.impact } else { follows })
+        Some(if matters(separation) { separation.impact } else { follows })
     }
 
     /// What touches at the end of a resolved step parts so.
-    pub(super) fn go_on(&mut self, parting: &Parting) {
-        self.going_on = if matters(parting) { parting.impact } else { 0.0 };
+    pub(super) fn set_unfinished_impact(&mut self, separation: &Separation) {
+        self.unfinished_impact = if matters(separation) { separation.impact } else { 0.0 };
     }
 
     /// Whether an impact that matters has not been resolved, because it would have taken too much work.
@@ -165,8 +165,8 @@ impl Resolving {
     pub(super) fn allowed(&mut self, facts: &Facts, work: &Counters) -> usize {
         let others = work_of(work).saturating_sub(self.used);
         let free = FREE_WORK / (facts.n * facts.parts.len().max(1)).max(1);
-        let allowed = (free + others / OTHERS).saturating_sub(self.used);
-        if allowed <= self.in_vain / CHEAPER {
+        let allowed = (free + others / OTHERS_PER_EVALUATION).saturating_sub(self.used);
+        if allowed <= self.failed_work / RETRY_RATIO {
             self.is_exhausted = true;
             return 0;
         }
@@ -187,7 +187,7 @@ impl Resolving {
             return Ok((None, Counters::default()));
         };
         stepper.set_accuracy(TOLERANCE);
-        let mut way = Way {
+        let mut intervals = ContactIntervals {
             t_end: t_span.1,
             impact,
             touches: false,
@@ -196,10 +196,10 @@ impl Resolving {
         };
         let status = loop {
             if stepper.start(model)?.is_none() {
-                way.meet(model, &mut stepper)?;
+                intervals.end_at_contact(model, &mut stepper)?;
             }
             let mut status = stepper.step(model)?;
-            if way.has_let_go(model, &mut stepper)? {
+            if intervals.has_separated(model, &mut stepper)? {
                 status = stepper.step(model)?;
             }
             self.within.add(&stepper);
@@ -211,7 +211,7 @@ impl Resolving {
         self.used += work_of(&work);
         model.set_time(t_span.1)?;
         if status != Some(Status::Finished) {
-            (self.in_vain, self.is_exhausted) = (work_of(&work), true);
+            (self.failed_work, self.is_exhausted) = (work_of(&work), true);
             self.within.clear();
             return Ok((None, work));
         }
@@ -224,12 +224,12 @@ impl Resolving {
     /// Absolute tolerances of places and velocities in a step of this size from such a state, the rounding of places and what an impact makes of it
     /// included.
     fn atol(&self, [q, v]: [&[f64]; 2], impact: f64, h: f64) -> Vec<f64> {
-        let rounding = || q.iter().zip(v).map(|(q, v)| LAST_DIGITS * q.abs().max(h * v.abs()));
+        let rounding = || q.iter().zip(v).map(|(q, v)| TWO_ULPS * q.abs().max(h * v.abs()));
         let of_places =
             self.tolerances.iter().zip(rounding()).map(|(of_rate, rounding)| h * of_rate + rounding);
         let of_rates = self.tolerances.iter().zip(rounding()).zip(v);
         let of_rates =
-            of_rates.map(|((of_rate, rounding), v)| of_rate + PI / impact * rounding + LAST_DIGITS * v.abs());
+            of_rates.map(|((of_rate, rounding), v)| of_rate + PI / impact * rounding + TWO_ULPS * v.abs());
         of_places.chain(of_rates).collect()
     }
 
@@ -240,7 +240,7 @@ impl Resolving {
             (one / *of_one).total_cmp(&(other / *of_other))
         });
         let Some(((q, change), _)) = most else { return };
-        let part = LAST_DIGITS * q.abs() * PI / (impact * change);
+        let part = TWO_ULPS * q.abs() * PI / (impact * change);
         if part > self.rounding.0 {
             self.rounding = (part, t);
         }
@@ -249,7 +249,7 @@ impl Resolving {
     /// Why rebounds may be wrong although they were resolved.
     pub(super) fn doubt(&self) -> Option<String> {
         let (part, t) = self.rounding;
-        (part > FEW_DIGITS).then(|| {
+        (part > LARGEST_ROUNDING).then(|| {
             format!(
                 "At t = {t:.3} s the rounding of coordinates is {:.0e} of what surfaces move by in an impact, and the rebound is off by as much. Begin \
                  nearer to the origin, in a frame that moves along, or take a lower `stiffness`.",
@@ -268,15 +268,15 @@ impl Resolving {
     /// What goes on from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.count(&mut self.used);
-        tape.count(&mut self.in_vain);
+        tape.count(&mut self.failed_work);
         tape.flag(&mut self.is_exhausted);
-        tape.number(&mut self.going_on);
+        tape.number(&mut self.unfinished_impact);
         tape.numbers(&mut self.tolerances);
     }
 }
 
 /// A step in parts that end where surfaces meet and separate: forces have a kink there, and error estimates of steps across it are unreliable.
-struct Way {
+struct ContactIntervals {
     t_end: f64,
     /// How long the shortest impact takes.
     impact: f64,
@@ -287,10 +287,14 @@ struct Way {
     rates: [Vec<f64>; 2],
 }
 
-impl Way {
+impl ContactIntervals {
     /// Lets the next step, from where no surfaces touch, end where some do: steps over that are too long by orders of magnitude, and are
     /// shortened one after another. The next one after it is short.
-    fn meet<M: Model>(&mut self, model: &mut M, stepper: &mut radau::Stepper) -> Result<(), Interrupted> {
+    fn end_at_contact<M: Model>(
+        &mut self,
+        model: &mut M,
+        stepper: &mut radau::Stepper,
+    ) -> Result<(), Interrupted> {
         let (t, impact) = (stepper.t(), self.impact);
         let end = (*stepper.next_step()).min(self.t_end - t);
         let Self { q: place, .. } = self;
@@ -301,21 +305,22 @@ impl Way {
             Ok(model.overlaps(place))
         };
         self.touches = overlap(0.0)?;
-        if end <= FIRST * impact || self.touches || !overlap(end)? {
+        if end <= FIRST_STEP * impact || self.touches || !overlap(end)? {
             return Ok(());
         }
-        let [before, behind] = change([0.0, end], AT_TOUCH * impact, overlap)?;
-        *stepper.next_step() = if before > AT_TOUCH * impact { before } else { behind + FIRST * impact };
+        let [before, behind] = bisect([0.0, end], CONTACT_TIME_TOLERANCE * impact, overlap)?;
+        *stepper.next_step() =
+            if before > CONTACT_TIME_TOLERANCE * impact { before } else { behind + FIRST_STEP * impact };
         Ok(())
     }
 
     /// Whether surfaces have separated within the step: it is then taken back, and the next one ends there.
-    fn has_let_go<M: Model>(
+    fn has_separated<M: Model>(
         &mut self,
         model: &mut M,
         stepper: &mut radau::Stepper,
     ) -> Result<bool, Interrupted> {
-        let (before, t, shortest) = (stepper.t_old(), stepper.t(), AT_TOUCH * self.impact);
+        let (before, t, shortest) = (stepper.t_old(), stepper.t(), CONTACT_TIME_TOLERANCE * self.impact);
         let Self { q, rates: [v, a], .. } = self;
         if !self.touches || t == before {
             return Ok(false);
@@ -329,7 +334,7 @@ impl Way {
             model.set_time(t)?;
             Ok(!model.overlaps(q))
         };
-        let [_, behind] = change([before, t], shortest, apart)?;
+        let [_, behind] = bisect([before, t], shortest, apart)?;
         if t - behind <= shortest {
             return Ok(false);
         }
@@ -340,7 +345,7 @@ impl Way {
 }
 
 /// Bisects an interval, at whose end a condition holds that does not hold at its beginning, to this length.
-fn change(
+fn bisect(
     [mut before, mut behind]: [f64; 2],
     length: f64,
     mut is_found: impl FnMut(f64) -> Result<bool, Interrupted>,

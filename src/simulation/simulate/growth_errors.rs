@@ -58,7 +58,7 @@ struct Passed {
 }
 
 /// What grows from the start of a run.
-pub(super) struct Outgrown {
+pub(super) struct GrowthErrors {
     steps: Steps,
     t_span: (f64, f64),
     last: f64,
@@ -72,7 +72,7 @@ pub(super) struct Outgrown {
     between: f64,
 }
 
-impl Outgrown {
+impl GrowthErrors {
     /// Of a run from the state (q, v, a). `None` where nothing grows visibly, for large models and for constrained ones.
     pub(super) fn new<M: Model>(
         model: &mut M,

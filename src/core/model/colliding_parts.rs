@@ -5,7 +5,7 @@ use super::{Energy, Model};
 
 /// The parts that contact forces act on, and memory to find them.
 #[derive(Clone, Debug, Default)]
-pub struct Pressed {
+pub struct CollidingParts {
     with: Vec<f64>,
     without: Vec<f64>,
     /// Whether each coordinate belongs to a part under contact forces; empty for a model of a single part.
@@ -14,7 +14,7 @@ pub struct Pressed {
     v: Vec<f64>,
 }
 
-impl Pressed {
+impl CollidingParts {
     /// Finds these parts in a motion in which surfaces touch, at the time that is set.
     pub fn find<M: Model + ?Sized>(&mut self, model: &mut M, [q, v, a]: [&[f64]; 3]) {
         self.takes_part.clear();
@@ -33,8 +33,8 @@ impl Pressed {
         for &size in &model.facts().parts {
             let part = self.takes_part.len()..self.takes_part.len() + size;
             // Forces of parts without contact agree bit for bit.
-            let is_pressed = self.with[part.clone()] != self.without[part];
-            self.takes_part.resize(self.takes_part.len() + size, is_pressed);
+            let is_colliding = self.with[part.clone()] != self.without[part];
+            self.takes_part.resize(self.takes_part.len() + size, is_colliding);
         }
         if !self.takes_part.contains(&true) {
             self.takes_part.clear();

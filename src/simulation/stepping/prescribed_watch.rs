@@ -20,7 +20,7 @@ const MEMORY: f64 = 16.0;
 
 /// A prescribed coordinate, compared with the integration of its accelerations by the scheme.
 #[derive(Clone, Copy, Debug, Default)]
-struct Follower {
+struct PrescribedCoordinate {
     /// The coordinate with its first two derivatives.
     motion: [f64; 3],
     /// Errors of the integrated displacement and velocity.
@@ -36,15 +36,15 @@ struct Follower {
 
 /// All prescribed coordinates over a run with fixed steps.
 #[derive(Clone, Debug)]
-pub(super) struct Carried {
+pub(super) struct PrescribedWatch {
     dt: f64,
     weights: [f64; 2],
     t: f64,
-    followers: Vec<Follower>,
+    coordinates: Vec<PrescribedCoordinate>,
     now: Vec<[f64; 3]>,
 }
 
-impl Carried {
+impl PrescribedWatch {
     /// `None` if nothing is prescribed, or nothing is free.
     pub(super) fn new<M: Model>(
         model: &mut M,
@@ -58,15 +58,15 @@ impl Carried {
         }
         let mut now = Vec::new();
         model.prescribed(&mut now);
-        let at = |&motion: &[f64; 3]| Follower {
+        let at = |&motion: &[f64; 3]| PrescribedCoordinate {
             motion,
             lowest: motion[0],
             highest: motion[0],
             fastest: motion[1].abs(),
-            ..Follower::default()
+            ..PrescribedCoordinate::default()
         };
-        let followers = now.iter().map(at).collect();
-        Some(Self { dt, weights: scheme.smooth_weights(), t, followers, now })
+        let coordinates = now.iter().map(at).collect();
+        Some(Self { dt, weights: scheme.smooth_weights(), t, coordinates, now })
     }
 
     /// Records the prescribed coordinates after a step, at the time that is set in the model.
@@ -75,8 +75,16 @@ impl Carried {
         let ([beta, gamma], kept) = (self.weights, (-h / (MEMORY * self.dt)).exp());
         self.now.clear();
         model.prescribed(&mut self.now);
-        for (follower, &now) in self.followers.iter_mut().zip(&self.now) {
-            let Follower { motion, off: [place, velocity], lowest, highest, worst, left, fastest } = follower;
+        for (coordinate, &now) in self.coordinates.iter_mut().zip(&self.now) {
+            let PrescribedCoordinate {
+                motion,
+                off: [place, velocity],
+                lowest,
+                highest,
+                worst,
+                left,
+                fastest,
+            } = coordinate;
             let [before, here] = [*motion, now];
             let way = h * before[1] + h * h * ((0.5 - beta) * before[2] + beta * here[2]);
             let gain = h * ((1.0 - gamma) * before[2] + gamma * here[2]);
@@ -93,20 +101,20 @@ impl Carried {
     pub(super) fn jump<M: Model>(&mut self, model: &mut M) {
         self.now.clear();
         model.prescribed(&mut self.now);
-        for (follower, now) in self.followers.iter_mut().zip(&self.now) {
-            follower.motion = *now;
+        for (coordinate, now) in self.coordinates.iter_mut().zip(&self.now) {
+            coordinate.motion = *now;
         }
     }
 
     /// Why the motion may be wrong, if free coordinates were dragged far and no springs move them back.
     pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
-        let part = |follower: &Follower| {
+        let part = |coordinate: &PrescribedCoordinate| {
             let of = |off: f64, most: f64| if most > 0.0 { off / most } else { 0.0 };
-            let range = follower.highest - follower.lowest;
-            [of(follower.worst, range), of(follower.left, follower.fastest)]
+            let range = coordinate.highest - coordinate.lowest;
+            [of(coordinate.worst, range), of(coordinate.left, coordinate.fastest)]
         };
         let [dragged, left] = self
-            .followers
+            .coordinates
             .iter()
             .map(part)
             .fold([0.0; 2], |[place, velocity], [p, v]| [f64::max(place, p), f64::max(velocity, v)]);
@@ -135,7 +143,9 @@ impl Carried {
     /// Serialises all data that persist from step to step.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.number(&mut self.t);
-        for Follower { motion, off, lowest, highest, worst, left, fastest } in &mut self.followers {
+        for PrescribedCoordinate { motion, off, lowest, highest, worst, left, fastest } in
+            &mut self.coordinates
+        {
             tape.numbers(motion);
             tape.numbers(off);
             [lowest, highest, worst, left, fastest].into_iter().for_each(|number| tape.number(number));

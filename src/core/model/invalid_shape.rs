@@ -14,7 +14,7 @@ pub enum Radius {
 
 /// Reason why a shape is invalid or cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Flaw {
+pub enum InvalidShape {
     /// The rod rotates by more than half a turn between neighbouring quadrature nodes.
     Unresolved {
         /// Required number of nodes over the present one.
@@ -35,12 +35,12 @@ pub enum Flaw {
     /// A closed loop is open, or an inextensible tendon is longer than commanded.
     Open {
         /// The violated constraint.
-        held: Constraint,
+        constraint: Constraint,
         /// Size of the gap: metres, or a difference of cosines.
         gap: f64,
     },
     /// Surfaces overlap by more than a radius, or have passed through each other.
-    Sunk {
+    DeepPenetration {
         /// Index of the contact in the model.
         contact: usize,
         /// Overlap in metres.
@@ -57,7 +57,7 @@ pub enum Constraint {
     Tendon(usize),
 }
 
-impl std::fmt::Display for Flaw {
+impl std::fmt::Display for InvalidShape {
     /// Describes the problem of the rod.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match *self {
@@ -70,13 +70,13 @@ impl std::fmt::Display for Flaw {
             Self::Collapsed { actuator } => {
                 write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
             }
-            Self::Open { held: Constraint::Loop(closed), gap } => {
+            Self::Open { constraint: Constraint::Loop(closed), gap } => {
                 write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
             }
-            Self::Open { held: Constraint::Tendon(actuator), gap } => {
+            Self::Open { constraint: Constraint::Tendon(actuator), gap } => {
                 write!(f, "has a tendon that is too long: actuators[{actuator}] by {} m", Rounded(gap))
             }
-            Self::Sunk { contact, overlap } => {
+            Self::DeepPenetration { contact, overlap } => {
                 write!(
                     f,
                     "is sunk into what it touches: contacts[{contact}] overlaps by {} m",
