@@ -32,7 +32,7 @@ pub(super) struct State {
 
 /// Reason why no equilibrium was found for some inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Lost {
+pub(super) enum NoEquilibrium {
     /// The path reached a limit point and turned back: the equilibrium snaps through.
     Limit,
     /// Continuation failed with this status.
@@ -49,7 +49,7 @@ pub(super) struct Equilibria<'a, 'b> {
     anchor: State,
     latest: State,
     /// Reason for the last failure since the anchor was set.
-    pub(super) lost: Option<Lost>,
+    pub(super) no_equilibrium: Option<NoEquilibrium>,
     /// Number of equilibria requested.
     pub(super) number: usize,
 }
@@ -65,7 +65,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         monitor: Monitor<'b>,
     ) -> Self {
         let anchor = State { u, q };
-        Self { model, monitor, time, sizes, latest: anchor.clone(), anchor, lost: None, number: 0 }
+        Self { model, monitor, time, sizes, latest: anchor.clone(), anchor, no_equilibrium: None, number: 0 }
     }
 
     /// Shape at these inputs, by continuation from the anchor; `None` if the path does not lead there.
@@ -87,7 +87,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
     pub(super) fn move_anchor(&mut self, u: &[f64]) {
         if self.latest.u == u && self.anchor.u != u {
             self.anchor = self.latest.clone();
-            self.lost = None;
+            self.no_equilibrium = None;
         }
     }
 
@@ -116,13 +116,14 @@ impl<'a, 'b> Equilibria<'a, 'b> {
             Ok(found) => found.map_err(Unfinished::interrupted)?,
             // Inputs or shape are not finite.
             Err(_) => {
-                self.lost = Some(Lost::Continuation(Status::NonFinite));
+                self.no_equilibrium = Some(NoEquilibrium::Continuation(Status::NonFinite));
                 return Ok(None);
             }
         };
         let has_turned = path.critical.iter().any(|point| point.kind == CriticalKind::Limit);
         if has_turned || path.load_factor.last() != Some(&1.0) {
-            self.lost = Some(if has_turned { Lost::Limit } else { Lost::Continuation(status) });
+            self.no_equilibrium =
+                Some(if has_turned { NoEquilibrium::Limit } else { NoEquilibrium::Continuation(status) });
             return Ok(None);
         }
         Ok(Some(path.q[path.q.len() - self.sizes.len()..].to_vec()))

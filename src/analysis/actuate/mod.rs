@@ -289,8 +289,8 @@ fn search(
     let wanted = problem.of_free(&sizes, |command, _| command.least);
     let mut system = Actuated::new(equilibria, of_targets, problem.u.clone(), problem.free.clone(), sizes);
     let (found, mut counters) = descend(&mut system, &mut x, &bounds, options);
-    let lost = system.equilibria.lost;
-    let mut status = Status::of(found.end, !found.held.is_empty(), lost);
+    let no_equilibrium = system.equilibria.no_equilibrium;
+    let mut status = Status::of(found.end, !found.held.is_empty(), no_equilibrium);
     system.targets.count_alike(true);
     if status == Status::Reached {
         status = match refine_inputs(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
@@ -316,7 +316,17 @@ fn search(
         Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
         _ => Vec::new(),
     };
-    let end = Ending { u, q, status, held, lost, slack, verdict, counters, equilibria: equilibria.number };
+    let end = Ending {
+        u,
+        q,
+        status,
+        held,
+        no_equilibrium,
+        slack,
+        verdict,
+        counters,
+        equilibria: equilibria.number,
+    };
     end.conclude(&mut of_targets, &robot, targets)
 }
 
@@ -342,7 +352,7 @@ struct Ending {
     q: Vec<f64>,
     status: Status,
     held: Vec<usize>,
-    lost: Option<equilibria::Lost>,
+    no_equilibrium: Option<equilibria::NoEquilibrium>,
     slack: Vec<String>,
     verdict: Option<Verdict>,
     counters: Counters,
@@ -356,10 +366,10 @@ impl Ending {
         robot: &Robot,
         targets: &[Target],
     ) -> Result<Found, Unfinished<Found>> {
-        let Self { u, q, status, held, lost, slack, verdict, counters, equilibria } = self;
+        let Self { u, q, status, held, no_equilibrium, slack, verdict, counters, equilibria } = self;
         let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
         let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-        let message = outcome::message(status, robot, of_links, &held, lost, &slack, verdict);
+        let message = outcome::message(status, robot, of_links, &held, no_equilibrium, &slack, verdict);
         let found = Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria };
         if status == Status::Interrupted { Err(Unfinished::new(found)) } else { Ok(found) }
     }
@@ -371,7 +381,7 @@ impl Ending {
             q,
             status,
             held: Vec::new(),
-            lost: None,
+            no_equilibrium: None,
             slack: Vec::new(),
             verdict: None,
             counters: Counters::default(),

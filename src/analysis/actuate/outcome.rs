@@ -1,6 +1,6 @@
 //! The result of a search for inputs.
 
-use super::equilibria::Lost;
+use super::equilibria::NoEquilibrium;
 use crate::analysis::reach::Error;
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
@@ -32,15 +32,15 @@ pub enum Status {
 }
 
 impl Status {
-    pub(super) fn of(end: End, is_held: bool, lost: Option<Lost>) -> Self {
+    pub(super) fn of(end: End, is_held: bool, no_equilibrium: Option<NoEquilibrium>) -> Self {
         match end {
             End::Root => Self::Reached,
             // Longer steps lose the equilibrium, and shorter ones do not reduce the errors.
-            End::Minimum if lost.is_some() => Self::EquilibriumLost,
+            End::Minimum if no_equilibrium.is_some() => Self::EquilibriumLost,
             End::Minimum if is_held => Self::AtLimits,
             End::Minimum => Self::Nearest,
             End::IterationLimit => Self::IterationLimit,
-            End::Stalled | End::NonFinite if lost.is_some() => Self::EquilibriumLost,
+            End::Stalled | End::NonFinite if no_equilibrium.is_some() => Self::EquilibriumLost,
             End::Stalled => Self::Stalled,
             // At zero stiffness the equilibrium has no derivative.
             End::NonFinite => Self::EquilibriumLost,
@@ -100,7 +100,7 @@ pub(super) fn message(
     robot: &Robot,
     errors: impl Iterator<Item = (usize, Error)>,
     held: &[usize],
-    lost: Option<Lost>,
+    no_equilibrium: Option<NoEquilibrium>,
     slack: &[String],
     verdict: Option<Verdict>,
 ) -> String {
@@ -131,15 +131,15 @@ pub(super) fn message(
             )
         }
         Status::EquilibriumLost => {
-            let why = match lost {
-                Some(Lost::Limit) | None => "beyond these inputs it buckles or snaps to another shape",
-                Some(Lost::Continuation(statics::Status::Invalid(InvalidShape::Inverted { .. }))) => {
+            let why = match no_equilibrium {
+                Some(NoEquilibrium::Limit) | None => "beyond these inputs it buckles or snaps to another shape",
+                Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Inverted { .. }))) => {
                     "beyond these inputs a rod would be turned inside out"
                 }
-                Some(Lost::Continuation(statics::Status::Invalid(InvalidShape::Unresolved { .. }))) => {
+                Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Unresolved { .. }))) => {
                     "beyond these inputs a rod turns too much for its quadrature `nodes`"
                 }
-                Some(Lost::Continuation(_)) => {
+                Some(NoEquilibrium::Continuation(_)) => {
                     "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
                 }
             };

@@ -1,7 +1,7 @@
 //! A finger bent by tendons to a circular arc, with a known solution.
 
 use super::commands::{Command, Kind, commands};
-use super::equilibria::{Equilibria, Lost};
+use super::equilibria::{Equilibria, NoEquilibrium};
 use super::misfit::Actuated;
 use super::*;
 use crate::description::body::Body;
@@ -210,7 +210,7 @@ fn equilibria_change_with_inputs_as_their_sensitivity_says() {
     assert!((sensitivity[(0, 0)] + sensitivity[(0, 1)]).abs() < 1e-12 * difference.abs());
     // Non-finite inputs fail, and the previous state remains usable.
     assert!(equilibria.at(&[f64::NAN, 0.0]).unwrap().is_none());
-    assert_eq!(equilibria.lost, Some(Lost::Continuation(statics::Status::NonFinite)));
+    assert_eq!(equilibria.no_equilibrium, Some(NoEquilibrium::Continuation(statics::Status::NonFinite)));
     assert!(equilibria.at(&[1.0, 0.2]).unwrap().is_some());
 }
 

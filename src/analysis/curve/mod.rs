@@ -34,7 +34,7 @@ use crate::model::{InvalidShape, rotation_vectors};
 use crate::numerics::linalg::norm;
 use crate::numerics::roots::least_squares::{Bounds, Counters, End, Options, SecondOrder, solve};
 use crate::robot::{Link, Robot, RobotModel};
-use start::{Start, Unreached};
+use start::{NoStart, Start};
 
 pub use points::Curve;
 
@@ -133,8 +133,8 @@ pub fn coordinates_of(
     let found = start.coordinates(&alone.links[0], monitor);
     let (mut q, is_interrupted) = match found {
         Ok(q) => (q, false),
-        Err(Unreached::Input(error)) => return Err(error),
-        Err(Unreached::Interrupted) => (vec![0.0; alone.coordinates()], true),
+        Err(NoStart::Input(error)) => return Err(error),
+        Err(NoStart::Interrupted) => (vec![0.0; alone.coordinates()], true),
     };
     let (end, invalid_shape, counters) = if is_interrupted {
         (End::Interrupted, None, Counters::default())

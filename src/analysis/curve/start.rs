@@ -23,18 +23,18 @@ const RIDGE: f64 = 1e-10;
 const NO_SINE: f64 = 1e-12;
 
 /// Why no initial coordinates were found.
-pub(super) enum Unreached {
+pub(super) enum NoStart {
     Input(InvalidInput),
     Interrupted,
 }
 
-impl From<InvalidInput> for Unreached {
+impl From<InvalidInput> for NoStart {
     fn from(error: InvalidInput) -> Self {
         Self::Input(error)
     }
 }
 
-impl From<Interrupted> for Unreached {
+impl From<Interrupted> for NoStart {
     fn from(_: Interrupted) -> Self {
         Self::Interrupted
     }
@@ -93,7 +93,7 @@ impl Start {
     }
 
     /// Coordinates of a link attached to the world, whose rod has the curvature of the points.
-    pub(super) fn coordinates(&self, link: &Link, monitor: Monitor<'_>) -> Result<Vec<f64>, Unreached> {
+    pub(super) fn coordinates(&self, link: &Link, monitor: Monitor<'_>) -> Result<Vec<f64>, NoStart> {
         let (mut q, base) = self.base(link, monitor)?;
         let frames = self.frames.clone().unwrap_or_else(|| transported(base, &self.tangents));
         let mut from = 0.0;
@@ -105,7 +105,7 @@ impl Start {
     }
 
     /// Coordinates of the joint that turn the base of the rod along the curve, and the orientation of the base.
-    fn base(&self, link: &Link, monitor: Monitor<'_>) -> Result<(Vec<f64>, Quaternion<f64>), Unreached> {
+    fn base(&self, link: &Link, monitor: Monitor<'_>) -> Result<(Vec<f64>, Quaternion<f64>), NoStart> {
         let count = link.joint_coordinates().len();
         let still = Quaternion { w: 1.0, v: Vector::zero() };
         if count == 0 {

@@ -94,13 +94,13 @@ pub(super) struct Linear {
 
 /// Quantities of a state for a descent.
 #[derive(Clone, Debug)]
-pub(super) struct Downhill {
+pub(super) struct DescentState {
     residual: Vec<f64>,
     energy: f64,
     pub(super) residual_norm: f64,
 }
 
-impl Downhill {
+impl DescentState {
     /// Work of a step from this state to another one, by the trapezoidal rule.
     pub(super) fn work(&self, other: &Self, step: &Step) -> f64 {
         0.5 * (dot(&self.residual, &step.scaled) + dot(&other.residual, &step.scaled))
@@ -364,7 +364,7 @@ impl<'a> Equations<'a> {
     /// Quantities from which the work of a step is computed: the scaled residual without springs, the energy
     /// of the springs, and the norm of the residual at the state's spring forces. The force of a stiff spring
     /// has a large rounding error, its energy does not.
-    pub(super) fn downhill(&mut self, state: &State) -> Result<Downhill, Interrupted> {
+    pub(super) fn downhill(&mut self, state: &State) -> Result<DescentState, Interrupted> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
         self.growth.set(self.model, state.load_factor)?;
@@ -381,7 +381,7 @@ impl<'a> Equations<'a> {
         if self.knows_overlaps {
             energy += self.leave_contact(state, has_springs, &mut residual, &mut load)?;
         }
-        Ok(Downhill { residual, energy, residual_norm })
+        Ok(DescentState { residual, energy, residual_norm })
     }
 
     /// Removes contact forces from a residual and returns their energy. The trapezoidal rule across the onset

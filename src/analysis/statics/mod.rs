@@ -27,7 +27,7 @@ mod corrector;
 mod descent;
 mod equations;
 mod growth;
-mod halted;
+mod interrupted;
 mod ladder;
 mod options;
 mod outcome;
@@ -41,7 +41,7 @@ mod tied_newton;
 
 pub use equations::Counters;
 pub use growth::InputPath;
-pub use halted::Monitor;
+pub use interrupted::Monitor;
 pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
@@ -52,7 +52,7 @@ use as_springs::AsSprings;
 use descent::Descent;
 use equations::{Equations, State};
 use growth::Growth;
-use halted::{Halted, Reached};
+use interrupted::{InterruptedSearch, Reached};
 use path::{End, Follower, PathLimits};
 use search::Ended;
 use stability::Stiffness;
@@ -78,12 +78,12 @@ pub fn equilibrium(
         model.check_shape(q0, "q0")?;
     }
     let found = sought(model, options, monitor)?.map(|found| advised(model, found));
-    Ok(found.map_err(|halted| {
+    Ok(found.map_err(|interrupted| {
         if model.facts().constraints() == 0 {
-            return halted.unfinished(model, &options.start);
+            return interrupted.unfinished(model, &options.start);
         }
         let near = options.start.shape(model.facts().n);
-        halted.unfinished(&mut AsSprings::new(model, &near), &options.start)
+        interrupted.unfinished(&mut AsSprings::new(model, &near), &options.start)
     }))
 }
 
@@ -100,7 +100,7 @@ fn sought(
     model: &mut dyn Static,
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Result<Equilibrium, Halted>, InvalidInput> {
+) -> Result<Result<Equilibrium, InterruptedSearch>, InvalidInput> {
     let rest = vec![0.0; model.facts().n];
     match &options.start {
         Start::Unloaded { stops } if tied::is_closed_at_rest(model) => {
@@ -122,7 +122,7 @@ fn sought(
                 match near(model, q0, options, &mut *monitor) {
                     Ok(found) if found.status.is_success() => return Ok(Ok(found)),
                     Ok(found) => (tried, first) = (found.counters, Some(found)),
-                    Err(halted) => return Ok(Err(halted)),
+                    Err(interrupted) => return Ok(Err(interrupted)),
                 }
             }
             let start = tied::closed(model, q0)?;
@@ -269,7 +269,7 @@ fn load(
     stops: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     let rest = vec![0.0; model.facts().n];
     // Only the end of the path is judged: a verdict on each of its points would cost more than the points.
     let unjudged = Options { stability: false, ..options.clone() };
@@ -295,8 +295,8 @@ fn load(
         // Such as one at which a tendon would have to push.
         state.load_factor = 1.0;
     }
-    let released =
-        release(model, &state.q, options, true, &mut *monitor).map_err(|halted| halted.along(&path))?;
+    let released = release(model, &state.q, options, true, &mut *monitor)
+        .map_err(|interrupted| interrupted.along(&path))?;
     if released.status.is_success() {
         let status = if end == End::UpperBound { Status::Converged } else { Status::Released };
         let message = outcome::message(model, status, reached, options.stability, released.verdict, &path);
@@ -316,7 +316,7 @@ fn judged_at_end(
     counters: Counters,
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     let mut equilibrium = judged(model, found, path, counters, options, monitor)?;
     if let Some(last) = equilibrium.path.stability.last_mut() {
         *last = equilibrium.verdict.map(|verdict| verdict.stability);
@@ -337,7 +337,7 @@ fn follow_loads(
     equations: &mut Equations<'_>,
     stops: &[f64],
     options: &Options,
-) -> Result<Option<Followed>, Halted> {
+) -> Result<Option<Followed>, InterruptedSearch> {
     let limits = PathLimits {
         bounds: [f64::NEG_INFINITY, 1.0],
         stops: stops.to_vec(),
@@ -350,7 +350,7 @@ fn follow_loads(
     let Some(mut place) = follower.start(start, None)? else { return Ok(None) };
     let followed = follower.follow(&mut place);
     let path = follower.path;
-    let end = followed.map_err(|Interrupted| Halted::at(&place.state, &path, equations))?;
+    let end = followed.map_err(|Interrupted| InterruptedSearch::at(&place.state, &path, equations))?;
     let status = if end == End::UpperBound { Status::Converged } else { Status::of_continuation(end) };
     let found = Found::new(status, place.state, place.corrected.step_norm, place.corrected.residual_norm);
     Ok(Some(Followed { found, end, path, counters: equations.counters }))
@@ -370,7 +370,7 @@ fn release(
     options: &Options,
     is_stable: bool,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     let mut tried = Counters::default();
     if is_stable && model.facts().springs > 0 {
         // For large turns, the second derivatives of supports' moments differ from those that the search assumes.
@@ -421,7 +421,7 @@ fn without_potential(
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     until_balanced(model, q0, monitor, |model, q, monitor| {
         let has_contact = model.facts().has_contact;
         let of = |equations: &mut Equations<'_>| match has_contact {
@@ -448,7 +448,7 @@ fn beside(
     found: Equilibrium,
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     let nearby = near(model, &found.q, options, monitor)?;
     let mut sizes = vec![0.0; found.q.len()];
     model.sizes(&found.q, &mut sizes);
@@ -464,8 +464,8 @@ fn until_balanced(
     model: &mut dyn Static,
     q0: &[f64],
     monitor: Monitor<'_>,
-    mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, Halted>,
-) -> Result<Equilibrium, Halted> {
+    mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, InterruptedSearch>,
+) -> Result<Equilibrium, InterruptedSearch> {
     /// Maximum number of repetitions; one is usually enough.
     const TIMES: usize = 4;
     let mut q = q0.to_vec();
@@ -494,7 +494,7 @@ fn near(
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     until_balanced(model, q0, &mut *monitor, |model, q, monitor| {
         if model.facts().constraints() == 0 {
             return newton(&mut judging(model, q, options, monitor), q, options);
@@ -525,7 +525,7 @@ fn descend_onto_surfaces(
     equations: &mut Equations<'_>,
     q0: &[f64],
     options: &Options,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     let has_ended = |found: &Equilibrium| !matches!(found.status, Status::Stalled | Status::IterationLimit);
     let mut first = None;
     for knows_overlaps in [false, true] {
@@ -563,10 +563,14 @@ fn descend_onto_surfaces(
 }
 
 /// Descent from a shape.
-fn descend_from(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+fn descend_from(
+    equations: &mut Equations<'_>,
+    q0: &[f64],
+    options: &Options,
+) -> Result<Equilibrium, InterruptedSearch> {
     let mut state = equations.state(q0.to_vec(), 1.0)?;
     let descent = descent::descend(equations, &mut state, options.tol, options.max_iter)
-        .map_err(|Interrupted| Halted::at(&state, &Path::default(), equations))?;
+        .map_err(|Interrupted| InterruptedSearch::at(&state, &Path::default(), equations))?;
     let (status, step_norm, residual_norm) = match descent {
         Descent::Converged { step_norm, residual_norm } => (Status::Converged, step_norm, residual_norm),
         Descent::IterationLimit => (Status::IterationLimit, f64::NAN, f64::NAN),
@@ -578,13 +582,13 @@ fn descend_from(equations: &mut Equations<'_>, q0: &[f64], options: &Options) ->
 }
 
 /// The equations at a fixed load factor, in scaled coordinates, as a system for [`roots::Newton`].
-struct Nearby<'a, 'b> {
+struct FixedLoadSystem<'a, 'b> {
     equations: &'a mut Equations<'b>,
     q: Vec<f64>,
     load: Vec<f64>,
 }
 
-impl Nearby<'_, '_> {
+impl FixedLoadSystem<'_, '_> {
     fn set(&mut self, x: &[f64]) {
         for i in 0..x.len() {
             self.q[i] = x[i] * self.equations.sizes[i];
@@ -592,7 +596,7 @@ impl Nearby<'_, '_> {
     }
 }
 
-impl roots::System for Nearby<'_, '_> {
+impl roots::System for FixedLoadSystem<'_, '_> {
     fn unknowns(&self) -> usize {
         self.load.len()
     }
@@ -609,7 +613,11 @@ impl roots::System for Nearby<'_, '_> {
 }
 
 /// Finds the nearest equilibrium, stable or not.
-fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Result<Equilibrium, Halted> {
+fn newton(
+    equations: &mut Equations<'_>,
+    q0: &[f64],
+    options: &Options,
+) -> Result<Equilibrium, InterruptedSearch> {
     let n = equations.n();
     let search = roots::Options {
         method: roots::Method::TrustRegion,
@@ -619,13 +627,13 @@ fn newton(equations: &mut Equations<'_>, q0: &[f64], options: &Options) -> Resul
         ..roots::Options::default()
     };
     let mut x: Vec<f64> = q0.iter().zip(&equations.sizes).map(|(q, size)| q / size).collect();
-    let mut system = Nearby { equations, q: q0.to_vec(), load: vec![0.0; n] };
+    let mut system = FixedLoadSystem { equations, q: q0.to_vec(), load: vec![0.0; n] };
     let solved = roots::Newton::new(n, n).solve(&mut system, &mut x, &search);
     system.set(&x);
     let mut state = State { q: system.q, load_factor: 1.0, forces: Vec::new() };
     let outcome = solved.map_err(|unfinished| {
         equations.counters.iterations += unfinished.into_inner().iterations;
-        Halted::at(&state, &Path::default(), equations)
+        InterruptedSearch::at(&state, &Path::default(), equations)
     })?;
     state = equations.state(state.q, 1.0)?;
     equations.counters.iterations += outcome.iterations;
@@ -686,7 +694,7 @@ fn judged(
     counters: Counters,
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Equilibrium, Halted> {
+) -> Result<Equilibrium, InterruptedSearch> {
     let (q, multipliers) = (found.state.q.clone(), found.multipliers.clone());
     let equilibrium = if model.facts().constraints() > 0 {
         let mut held = AsSprings::new(model, &q);
@@ -696,18 +704,18 @@ fn judged(
     } else {
         judge(&mut judging(model, &q, options, monitor), found, path)
     };
-    let equilibrium = equilibrium.map_err(|halted| halted.after(counters))?;
+    let equilibrium = equilibrium.map_err(|interrupted| interrupted.after(counters))?;
     let counters = counters + equilibrium.counters;
     Ok(Equilibrium { counters, ..tied::judged(model, equilibrium, multipliers.as_deref(), options) })
 }
 
 /// Adds stability from the tangent.
-fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, Halted> {
+fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equilibrium, InterruptedSearch> {
     let Found { mut status, mut state, step_norm, residual_norm, .. } = found;
     if state.forces.is_empty() {
         let q = state.q.clone();
         state = equations.state(state.q, state.load_factor).map_err(|Interrupted| {
-            Halted::with(Reached {
+            InterruptedSearch::with(Reached {
                 q,
                 load_factor: state.load_factor,
                 path: path.clone(),
@@ -721,10 +729,11 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     {
         status = Status::Invalid(invalid_shape);
     }
-    let linear = equations.linearise(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?;
+    let linear =
+        equations.linearise(&state).map_err(|Interrupted| InterruptedSearch::at(&state, &path, equations))?;
     let stiffness = linear.as_ref().map(Stiffness::new);
     let verdict = if status.is_success() {
-        equations.judgement(&state).map_err(|Interrupted| Halted::at(&state, &path, equations))?
+        equations.judgement(&state).map_err(|Interrupted| InterruptedSearch::at(&state, &path, equations))?
     } else {
         None
     };

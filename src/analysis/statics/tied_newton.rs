@@ -3,8 +3,8 @@
 //! convergence.
 
 use super::{
-    Counters, Equilibrium, Found, Halted, Monitor, Options, Path, Reached, State, Status, Verdict, outcome,
-    search, tied,
+    Counters, Equilibrium, Found, InterruptedSearch, Monitor, Options, Path, Reached, State, Status, Verdict,
+    outcome, search, tied,
 };
 use crate::analysis::small_motions::small_motions;
 use crate::analysis::stability;
@@ -86,7 +86,7 @@ impl roots::System for Equations<'_, '_> {
 }
 
 /// Result of the iteration.
-pub(super) struct Approached {
+pub(super) struct NewtonResult {
     pub(super) q: Vec<f64>,
     multipliers: Vec<f64>,
     outcome: roots::Outcome,
@@ -102,7 +102,7 @@ pub(super) fn approach(
     q0: &[f64],
     options: &Options,
     monitor: Monitor<'_>,
-) -> Result<Approached, Halted> {
+) -> Result<NewtonResult, InterruptedSearch> {
     let (n, m) = (q0.len(), model.facts().constraints());
     let (mut sizes, rest) = (vec![0.0; n], vec![0.0; n]);
     model.sizes(q0, &mut sizes);
@@ -147,7 +147,7 @@ pub(super) fn approach(
         let (iterations, forces) = (outcome.iterations, outcome.residual_evaluations);
         let counters = Counters { iterations, forces, tangents: outcome.jacobian_evaluations };
         let q = x.iter().zip(&system.sizes).map(|(x, size)| x * size).collect();
-        Halted::with(Reached { q, load_factor: 1.0, path: Path::default(), counters })
+        InterruptedSearch::with(Reached { q, load_factor: 1.0, path: Path::default(), counters })
     })?;
     evaluated?;
     let residual_norm = norm(&residual[..n]) * system.energy;
@@ -156,12 +156,12 @@ pub(super) fn approach(
     // Within rounding of the solution, the method may report a failure although it has converged.
     let has_converged =
         outcome.status.is_success() || search::error_of_balance(model, &q, monitor)? <= ROUNDING_OF_FORCES;
-    Ok(Approached { q, multipliers, outcome, has_converged, residual_norm, tangents })
+    Ok(NewtonResult { q, multipliers, outcome, has_converged, residual_norm, tangents })
 }
 
-impl From<Approached> for Found {
-    fn from(approached: Approached) -> Self {
-        let Approached { q, outcome, has_converged, residual_norm, multipliers, .. } = approached;
+impl From<NewtonResult> for Found {
+    fn from(approached: NewtonResult) -> Self {
+        let NewtonResult { q, outcome, has_converged, residual_norm, multipliers, .. } = approached;
         let status = if has_converged { Status::Converged } else { Status::Newton(outcome.status) };
         let state = State { q, load_factor: 1.0, forces: Vec::new() };
         let multipliers = Some(multipliers);
@@ -169,7 +169,7 @@ impl From<Approached> for Found {
     }
 }
 
-impl Approached {
+impl NewtonResult {
     pub(super) fn counters(&self) -> Counters {
         Counters {
             iterations: self.outcome.iterations,

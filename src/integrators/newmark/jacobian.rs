@@ -153,7 +153,7 @@ impl Jacobian {
             self.scale[i] = (size / reach).min(largest);
         }
         let visible = VISIBLE_CHANGE * norm_inf(residual);
-        let mut moved = Moved { system, trial, shifted: &mut self.shifted, evaluations: 0 };
+        let mut moved = StepResidual { system, trial, shifted: &mut self.shifted, evaluations: 0 };
         moved.shifted.t = trial.t;
         let mut result = Ok(());
         for _ in 0..=ENLARGEMENTS {
@@ -187,14 +187,14 @@ fn largest_change(jacobian: &Matrix, scale: &[f64]) -> f64 {
 }
 
 /// The residual of a step as a function of the change of accelerations from a trial.
-struct Moved<'a, S: ?Sized, V> {
+struct StepResidual<'a, S: ?Sized, V> {
     system: &'a mut S,
     trial: &'a Trial<V>,
     shifted: &'a mut Trial<Vec<f64>>,
     evaluations: usize,
 }
 
-impl<S: System + ?Sized, V: Numbers> roots::System for Moved<'_, S, V> {
+impl<S: System + ?Sized, V: Numbers> roots::System for StepResidual<'_, S, V> {
     fn unknowns(&self) -> usize {
         self.trial.a.len()
     }

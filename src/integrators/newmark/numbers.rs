@@ -34,9 +34,9 @@ impl Numbers for Vec<f64> {
 
 /// Numbers of a plain system of `N` coordinates: loops are unrolled, and the memory of a step is contiguous.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Few<const N: usize>([f64; N]);
+pub(super) struct FixedSize<const N: usize>([f64; N]);
 
-impl<const N: usize> Deref for Few<N> {
+impl<const N: usize> Deref for FixedSize<N> {
     type Target = [f64];
 
     #[inline(always)]
@@ -45,14 +45,14 @@ impl<const N: usize> Deref for Few<N> {
     }
 }
 
-impl<const N: usize> DerefMut for Few<N> {
+impl<const N: usize> DerefMut for FixedSize<N> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [f64] {
         &mut self.0
     }
 }
 
-impl<const N: usize> Numbers for Few<N> {
+impl<const N: usize> Numbers for FixedSize<N> {
     const IS_PLAIN: bool = true;
 
     fn zeros(n: usize) -> Self {

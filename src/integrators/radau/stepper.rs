@@ -144,7 +144,8 @@ impl Stepper {
     fn select_first_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<f64, Interrupted> {
         let n = self.q.len();
         let (true, Ok(mass)) = (n > 0, self.stages.mass()) else { return Ok(self.t_end - self.t) };
-        let mut motion = NearStart { system, a0: &self.a, n, mass, residual: vec![0.0; self.a.len()] };
+        let mut motion =
+            FirstOrderAtStart { system, a0: &self.a, n, mass, residual: vec![0.0; self.a.len()] };
         let (y0, f0) = ([&self.q[..], &self.v].concat(), [&self.v[..], &self.a[..n]].concat());
         let start = initial_step::Start {
             t0: self.t,
@@ -459,7 +460,7 @@ fn set_scale(scale: &mut [f64], tolerances: &Tolerances, start: [&[f64]; 2], end
 }
 
 /// The motion as a system of first order, with the mass matrix of the start: good enough to choose the first step.
-struct NearStart<'a, S: ?Sized> {
+struct FirstOrderAtStart<'a, S: ?Sized> {
     system: &'a mut S,
     /// Accelerations and multipliers, and the number of the former.
     a0: &'a [f64],
@@ -468,7 +469,7 @@ struct NearStart<'a, S: ?Sized> {
     residual: Vec<f64>,
 }
 
-impl<S: System + ?Sized> ode::System for NearStart<'_, S> {
+impl<S: System + ?Sized> ode::System for FirstOrderAtStart<'_, S> {
     fn n(&self) -> usize {
         2 * self.n
     }

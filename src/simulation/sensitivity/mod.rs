@@ -181,9 +181,9 @@ pub struct Together {
 }
 
 /// Derivatives of coordinates and of velocities, state by state, each n x p in row-major order.
-struct Kept([Vec<f64>; 2]);
+struct StateDerivatives([Vec<f64>; 2]);
 
-impl Kept {
+impl StateDerivatives {
     fn new(capacity: usize) -> Self {
         Self([0; 2].map(|_| Vec::with_capacity(capacity)))
     }
@@ -263,7 +263,7 @@ pub fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     if let Some(step) = trajectory.turned(model) {
         return Err(Failure::Turned(step));
     }
-    let Kept(kept) = match trajectory.rule {
+    let StateDerivatives(kept) = match trajectory.rule {
         Rule::Newmark(scheme) => newmark::forward(model, (trajectory, scheme), parameters, monitor),
         Rule::Radau => radau::forward(model, trajectory, parameters, monitor),
     }?;

@@ -1,7 +1,7 @@
 //! Derivatives of runs of the Newmark family.
 
 use super::equations::{Equations, Linearised};
-use super::{Failure, Kept, Monitor, Parameters, Together, Trajectory};
+use super::{Failure, Monitor, Parameters, StateDerivatives, Together, Trajectory};
 use crate::integrators::newmark::{Scheme, Step};
 use crate::model::Model;
 use crate::numerics::linalg::{Lu, Matrix, Singular};
@@ -98,14 +98,14 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     (trajectory, scheme): (&Trajectory<'_>, Scheme),
     parameters: &mut Parameters<'_, F>,
     monitor: &mut Monitor<'_>,
-) -> Result<Kept, Failure> {
+) -> Result<StateDerivatives, Failure> {
     let (n, p) = (model.facts().n, parameters.of.len());
     let steps = trajectory.steps(model, scheme);
     let mut system = System::new(model, trajectory);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
     let (mut q_base, mut v_base) = (q.clone(), v.clone());
-    let mut kept = Kept::new(trajectory.t.len() * n * p);
+    let mut kept = StateDerivatives::new(trajectory.t.len() * n * p);
 
     system.equations.hold(0, parameters.of);
     system.begin(trajectory, 0, false)?;

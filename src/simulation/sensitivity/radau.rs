@@ -9,7 +9,7 @@
 //! ```
 
 use super::equations::{Equations, Linearised};
-use super::{Failure, Kept, Monitor, Parameters, Together, Trajectory};
+use super::{Failure, Monitor, Parameters, StateDerivatives, Together, Trajectory};
 use crate::integrators::ode::radau_iia::{A, A_SQUARED, C, STAGES};
 use crate::model::Model;
 use crate::numerics::linalg::{Lu, Matrix, Singular, norm_inf};
@@ -130,14 +130,14 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     trajectory: &Trajectory<'_>,
     parameters: &mut Parameters<'_, F>,
     monitor: &mut Monitor<'_>,
-) -> Result<Kept, Failure> {
+) -> Result<StateDerivatives, Failure> {
     let (n, p) = (model.facts().n, parameters.of.len());
     let mut stages = Stages::new(model, trajectory);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let mut at_stage = q.clone();
     let mut change = Matrix::zeros(n, p);
     let mut da = Matrix::zeros(STAGES * n, p);
-    let mut kept = Kept::new(trajectory.t.len() * n * p);
+    let mut kept = StateDerivatives::new(trajectory.t.len() * n * p);
     stages.equations.hold(0, parameters.of);
     kept.add([&q, &v]);
     for step in 1..trajectory.t.len() {

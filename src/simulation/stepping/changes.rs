@@ -81,7 +81,7 @@ pub(super) struct Changes {
 }
 
 /// How close the constraints are to a change at a given time.
-pub(super) struct Look {
+pub(super) struct ChangeIndicator {
     /// For each constraint, positive after its change: the violation, or the push relative to the largest tension.
     values: Vec<f64>,
     /// The largest of these values, and its index.
@@ -93,8 +93,8 @@ pub(super) struct Look {
     astray: [f64; 2],
 }
 
-/// Evaluates [`Look`] at a time within the last step.
-pub(super) type Looks<'a> = dyn FnMut(f64) -> Result<Look, Interrupted> + 'a;
+/// Evaluates [`ChangeIndicator`] at a time within the last step.
+pub(super) type IndicatorFunction<'a> = dyn FnMut(f64) -> Result<ChangeIndicator, Interrupted> + 'a;
 
 impl Changes {
     pub(super) fn new(t_span: (f64, f64)) -> Self {
@@ -135,7 +135,7 @@ impl Changes {
         t: f64,
         [q, v]: [&[f64]; 2],
         known: Option<Vec<f64>>,
-    ) -> Result<Look, Interrupted> {
+    ) -> Result<ChangeIndicator, Interrupted> {
         model.set_time(t)?;
         let (passed, mut active) = (model.passed(q, v), model.active());
         let first = active.len() - passed.len();
@@ -156,7 +156,7 @@ impl Changes {
             false => by - ACTIVATION_EXCESS,
         };
         let values = tendons.map(value).collect();
-        Ok(Look::new(t, values, active, passed, &sizes[first..]))
+        Ok(ChangeIndicator::new(t, values, active, passed, &sizes[first..]))
     }
 
     /// Data that persist from interval to interval.
@@ -198,7 +198,7 @@ pub(super) fn judge(
     t_end: f64,
     is_fixed: bool,
     planned: Option<(Event, usize)>,
-    look: &mut Looks<'_>,
+    look: &mut IndicatorFunction<'_>,
 ) -> Result<Verdict, Interrupted> {
     let (found, end) = search([t_old, t], is_fixed, look)?;
     let (planned, corrections) = planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
@@ -235,8 +235,8 @@ pub(super) fn judge(
 fn search(
     [t_old, t]: [f64; 2],
     is_fixed: bool,
-    look: &mut Looks<'_>,
-) -> Result<(Option<Event>, Look), Interrupted> {
+    look: &mut IndicatorFunction<'_>,
+) -> Result<(Option<Event>, ChangeIndicator), Interrupted> {
     let mut before = look(t_old)?;
     if before.nearest.value > 0.0 {
         let event = before.event();
@@ -275,12 +275,12 @@ fn search(
 }
 
 /// At a corner of a prescribed length, a taut tendon stops the motion or becomes slack.
-fn at_end(end: &Look) -> Verdict {
+fn at_end(end: &ChangeIndicator) -> Verdict {
     let is_left = |(&is_active, [_, rate]): (&bool, &[f64; 2])| is_active && rate.abs() > SLACKENING_RATE;
     if end.active.iter().zip(&end.passed).any(is_left) { Verdict::Change(None) } else { Verdict::Done }
 }
 
-impl Look {
+impl ChangeIndicator {
     fn new(t: f64, values: Vec<f64>, active: Vec<bool>, passed: Vec<[f64; 2]>, sizes: &[f64]) -> Self {
         let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, [0.0_f64; 2]);
         for (i, &value) in values.iter().enumerate() {
@@ -297,7 +297,7 @@ impl Look {
 }
 
 /// The time between two looks at which a slack tendon is longest, if it peaks between them and may be too long.
-fn highest(before: &Look, after: &Look) -> Option<f64> {
+fn highest(before: &ChangeIndicator, after: &ChangeIndicator) -> Option<f64> {
     let tendons = before.passed.iter().zip(&after.passed).zip(&before.active);
     let peaks =
         tendons.filter(|(([_, rises], [_, falls]), is_active)| !**is_active && *rises > 0.0 && *falls < 0.0);
@@ -323,7 +323,7 @@ mod tests {
     ) -> Verdict {
         let mut look = |t: f64| {
             let passed = vec![excess(t)];
-            Ok(Look::new(t, vec![passed[0][0] - ACTIVATION_EXCESS], vec![false], passed, &[1.0]))
+            Ok(ChangeIndicator::new(t, vec![passed[0][0] - ACTIVATION_EXCESS], vec![false], passed, &[1.0]))
         };
         judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
     }
@@ -357,7 +357,8 @@ mod tests {
     #[test]
     fn steps_end_where_a_taut_tendon_would_push() {
         let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
-            let mut look = |t: f64| Ok(Look::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
+            let mut look =
+                |t: f64| Ok(ChangeIndicator::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
             judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
         };
         assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);

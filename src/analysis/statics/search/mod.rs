@@ -15,7 +15,7 @@ mod step;
 use nalgebra::DVector;
 
 use super::equations::Counters;
-use super::halted::{Halted, Monitor, Reached};
+use super::interrupted::{InterruptedSearch, Monitor, Reached};
 use super::ladder::{self, DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::path::Path;
 use crate::error::Interrupted;
@@ -150,7 +150,7 @@ pub(super) fn search(
     q0: &[f64],
     goal: Goal,
     monitor: Monitor<'_>,
-) -> Result<Found, Halted> {
+) -> Result<Found, InterruptedSearch> {
     let mut q = q0.to_vec();
     if model.facts().constraints() > 0 {
         // A shape that stays open is reported at the end.
@@ -163,7 +163,7 @@ pub(super) fn search(
         Ok(ended) => Ok(search.found(ended)),
         Err(Interrupted) => {
             let (q, counters) = (search.shape.q, search.problem.counters);
-            Err(Halted::with(Reached { q, load_factor: 1.0, path: Path::default(), counters }))
+            Err(InterruptedSearch::with(Reached { q, load_factor: 1.0, path: Path::default(), counters }))
         }
     }
 }
@@ -285,7 +285,7 @@ impl Local {
 
 /// An accepted step: its end, the fraction of the predicted work that it does, its length, by how much it shifts coordinates, and
 /// whether the model is not held along it.
-struct Taken {
+struct AcceptedStep {
     shape: Shape,
     balance: Balance,
     good: f64,
@@ -295,7 +295,7 @@ struct Taken {
 }
 
 enum Tried {
-    Taken(Box<Taken>),
+    AcceptedStep(Box<AcceptedStep>),
     /// No step was short enough; with the problem of the last shape, if it was invalid.
     Refused(Option<InvalidShape>),
     /// Softened surfaces have passed through each other.
@@ -428,8 +428,8 @@ impl<'a> Search<'a> {
             }
             let tried = self.try_steps(&local, &mut so_far, error)?;
             so_far.damping *= LESS_DAMPING;
-            let Taken { shape, balance, good, length, shift, is_unheld } = match tried {
-                Tried::Taken(taken) => *taken,
+            let AcceptedStep { shape, balance, good, length, shift, is_unheld } = match tried {
+                Tried::AcceptedStep(taken) => *taken,
                 Tried::Deep => return Ok(Ended::Stalled),
                 Tried::Refused(invalid_shape) => {
                     // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
@@ -533,8 +533,8 @@ impl<'a> Search<'a> {
                         let is_unheld = length > UNHELD
                             || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
                         let shift = self.scale.shift(&solution.x);
-                        let taken = Taken { shape: new, balance, good, length, shift, is_unheld };
-                        return Ok(Tried::Taken(Box::new(taken)));
+                        let taken = AcceptedStep { shape: new, balance, good, length, shift, is_unheld };
+                        return Ok(Tried::AcceptedStep(Box::new(taken)));
                     }
                 }
             }

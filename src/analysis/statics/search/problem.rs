@@ -2,7 +2,7 @@
 //! ([`chart`]).
 
 use super::super::equations::Counters;
-use super::super::halted::Monitor;
+use super::super::interrupted::Monitor;
 use crate::analysis::normalised;
 use crate::error::Interrupted;
 use crate::model::springs::{Cords, Springs};

@@ -41,7 +41,7 @@ pub struct Iterate {
 
 /// Availability and origin of a factorised Jacobian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Age {
+enum JacobianState {
     /// None, or one that must be replaced.
     None,
     /// Evaluated at the current iterate.
@@ -125,7 +125,7 @@ pub struct Newton {
     best_residual: Vec<f64>,
     best_norm: f64,
     scaled: Vec<f64>,
-    age: Age,
+    age: JacobianState,
     differences: Differences,
     multiplicity: Multiplicity,
     counters: Counters,
@@ -159,7 +159,7 @@ impl Newton {
             best_residual: vec![0.0; equations],
             best_norm: f64::INFINITY,
             scaled: vec![0.0; unknowns.max(equations)],
-            age: Age::None,
+            age: JacobianState::None,
             differences: Differences::new(unknowns, equations),
             multiplicity: Multiplicity::new(unknowns),
             counters: Counters::default(),
@@ -258,7 +258,7 @@ impl Newton {
     /// Makes the next solve with [`Reuse::AcrossSolves`] start with a fresh Jacobian, after the system has
     /// changed more than from one time step to the next.
     pub fn forget_jacobian(&mut self) {
-        self.age = Age::None;
+        self.age = JacobianState::None;
     }
 
     /// Clears the last search, except a reusable Jacobian, and evaluates R at x.
@@ -275,7 +275,8 @@ impl Newton {
         self.region.reset(x_norm);
         self.best_norm = f64::INFINITY;
         let keep = options.reuse == Reuse::AcrossSolves && self.linear.is_regular();
-        self.age = if keep && self.age != Age::None { Age::Kept } else { Age::None };
+        self.age =
+            if keep && self.age != JacobianState::None { JacobianState::Kept } else { JacobianState::None };
         self.longest_step = options.longest_step.unwrap_or(match options.method {
             Method::LineSearch => FAR_AWAY * x_norm.max(1.0),
             Method::Newton | Method::TrustRegion => f64::INFINITY,
@@ -307,7 +308,7 @@ impl Newton {
         }
         self.record_best(x, progress.residual_norm);
         while self.counters.iterations < options.max_iter {
-            if self.age == Age::None
+            if self.age == JacobianState::None
                 && let Some(failure) = self.renew_jacobian(system, x, progress.residual_norm, options)?
             {
                 return Ok(failure);
@@ -315,8 +316,8 @@ impl Newton {
             let trial = self.find_step(system, x, progress.residual_norm, options)?;
             let (norm, length) = match trial {
                 Trial::Taken { norm, length } => (norm, length),
-                Trial::Refused(_) if self.age == Age::Kept => {
-                    self.age = Age::None; // the kept Jacobian is to blame
+                Trial::Refused(_) if self.age == JacobianState::Kept => {
+                    self.age = JacobianState::None; // the kept Jacobian is to blame
                     continue;
                 }
                 Trial::Refused(refusal) => return Ok(self.reason(refusal, x, progress)),
@@ -327,7 +328,8 @@ impl Newton {
                 return Ok(status);
             }
             let keep = options.reuse != Reuse::Never && progress.rate <= options.chord_rate;
-            self.age = if keep && self.linear.is_regular() { Age::Kept } else { Age::None };
+            self.age =
+                if keep && self.linear.is_regular() { JacobianState::Kept } else { JacobianState::None };
         }
         Ok(Status::IterationLimit)
     }
@@ -343,7 +345,7 @@ impl Newton {
         if !self.solve_linear() {
             return Ok(Trial::Refused(Status::SingularJacobian));
         }
-        if self.age == Age::Kept {
+        if self.age == JacobianState::Kept {
             self.multiplicity.reset();
             let trial = self.full_step(system, x)?;
             let reduced = matches!(trial, Trial::Taken { norm, .. } if norm < residual_norm);
@@ -443,7 +445,7 @@ impl Newton {
         }
         self.linear.factorise(&self.jacobian);
         self.counters.factorisations += 1;
-        self.age = Age::Fresh;
+        self.age = JacobianState::Fresh;
         Ok(None)
     }
 

@@ -6,7 +6,7 @@ use crate::numerics::lie::{Twist, Vector};
 use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Row;
 use crate::robot::effects::contact::plan::Side;
-use crate::robot::effects::contact::state::Standing;
+use crate::robot::effects::contact::state::SidePlace;
 use crate::robot::effects::loops::force::frames;
 use crate::robot::kernel::{kinematics, lines, loops};
 use crate::robot::plan::Plan;
@@ -228,15 +228,15 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
         for side in 0..2 {
             let lever = touch.contact_point.radii[side].abs();
             match touch.sides[side] {
-                Standing::Along { curve, x } => {
+                SidePlace::Along { curve, x } => {
                     let piece = plan.effects.contacts.curves[curve].piece;
                     let place = place::at_fraction(&plan.pieces, piece, x);
                     kinematics::jacobian_from(plan, work, &place, Some(&beyond), &mut jacobian);
                 }
-                Standing::On(fixture) => {
+                SidePlace::On(fixture) => {
                     jacobian_with(plan, work, fixture, touch.centres[side], &mut jacobian);
                 }
-                Standing::Still => continue,
+                SidePlace::AtRest => continue,
             }
             for (k, most) in most.iter_mut().enumerate() {
                 let [turn, shift] = [0, 3].map(|first| jacobian.fixed_view::<3, 1>(first, k).norm());

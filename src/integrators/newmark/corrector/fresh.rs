@@ -3,7 +3,7 @@
 use super::super::numbers::Numbers;
 use super::super::search::Search;
 use super::super::trial::Trial;
-use super::{Corrector, FRESH_ITERATIONS, Kept, NEGLIGIBLE, larger_rate, left_after, may_touch};
+use super::{Corrector, FRESH_ITERATIONS, JacobianHistory, NEGLIGIBLE, larger_rate, left_after, may_touch};
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed};
 use crate::integrators::second_order::{Counters, Failure, Solved, System};
@@ -28,7 +28,7 @@ struct Along {
 
 /// Outcome of a search along an increment.
 #[derive(Clone, Copy, Debug)]
-enum Searched {
+enum LineSearch {
     /// The trial solves the equations.
     Solved,
     /// The next increment with the same Jacobian is shorter: its size and how far it moves coordinates.
@@ -82,16 +82,16 @@ impl<V: Numbers> Corrector<V> {
             let along = Along { size, moved, is_fresh: renew };
             let [next_size, next_moved] =
                 match self.search(system, trial, h, along, &mut length, &mut is_full, counters)? {
-                    Searched::Solved => {
+                    LineSearch::Solved => {
                         self.keep(trial, jacobians);
                         return Ok(Ok(()));
                     }
-                    Searched::Shorter(next) => next,
-                    Searched::Blind => {
+                    LineSearch::Shorter(next) => next,
+                    LineSearch::Blind => {
                         renew = true;
                         continue;
                     }
-                    Searched::Fails(failure) => return Ok(Err(failure)),
+                    LineSearch::Fails(failure) => return Ok(Err(failure)),
                 };
             let rate = larger_rate(next_size / size, [moved, next_moved]);
             // Without inertia, only a Jacobian evaluated at the trial gives a reliable estimate of the remaining error.
@@ -125,7 +125,7 @@ impl<V: Numbers> Corrector<V> {
         length: &mut f64,
         is_full: &mut bool,
         counters: &mut Counters,
-    ) -> Result<Searched, Interrupted> {
+    ) -> Result<LineSearch, Interrupted> {
         let n = trial.q.len();
         // Contact forces have a potential with a minimum along the increment; constraint forces do no work.
         let work =
@@ -138,14 +138,14 @@ impl<V: Numbers> Corrector<V> {
             trial.set(&self.start);
             trial.subtract(&self.increment);
             if size <= NEGLIGIBLE || !V::IS_PLAIN && self.is_at_rest && size <= 1.0 {
-                return Ok(Searched::Solved);
+                return Ok(LineSearch::Solved);
             }
             self.evaluate_residual(system, trial, counters)?;
             let next_size = self.compute_increment();
             let work = dot(&self.residual[..n], &self.direction[..n]);
             let next_moved = self.displacement();
             if self.is_blind(trial) {
-                return Ok(Searched::Blind);
+                return Ok(LineSearch::Blind);
             }
             if next_size > SLOWEST_RATE * size {
                 // Two increments are within tolerance or at the level of rounding.
@@ -155,24 +155,24 @@ impl<V: Numbers> Corrector<V> {
                 if *length == 1.0 && size <= 1.0 && next_size <= 1.0
                     || self.is_rounding(system, trial, h, counters)?
                 {
-                    return Ok(Searched::Solved);
+                    return Ok(LineSearch::Solved);
                 }
             }
             if next_moved <= (1.0 - 0.25 * *length) * moved || search.is_done(work) {
-                return Ok(Searched::Shorter([next_size, next_moved]));
+                return Ok(LineSearch::Shorter([next_size, next_moved]));
             }
             // An old Jacobian does not determine how long its increments may be.
             if !is_fresh {
                 trial.set(&self.start);
                 self.evaluate_residual(system, trial, counters)?;
-                return Ok(Searched::Blind);
+                return Ok(LineSearch::Blind);
             }
             if !std::mem::replace(is_full, true) {
                 counters.full_newton += 1;
             }
             *length = search.shorter(*length, work);
             if *length < SHORTEST_INCREMENT {
-                return Ok(Searched::Fails(Failure::NotConverged));
+                return Ok(LineSearch::Fails(Failure::NotConverged));
             }
         }
     }
@@ -180,7 +180,7 @@ impl<V: Numbers> Corrector<V> {
     /// Keeps the Jacobian for the next step, unless it changed so much within this step that several were needed.
     fn keep(&mut self, trial: &Trial<V>, jacobians: usize) {
         if self.reuse && jacobians <= MOST_KEPT {
-            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+            self.kept = Some(JacobianHistory { weights: trial.weights, steps: 0.0, cost: 0.0 });
         }
     }
 }

@@ -95,7 +95,7 @@ fn may_touch<S: System + ?Sized, V: Numbers>(system: &mut S) -> bool {
 
 /// The history of the factorised Jacobian.
 #[derive(Clone, Copy, Debug)]
-struct Kept {
+struct JacobianHistory {
     /// The weights with which it was evaluated.
     weights: [f64; 3],
     /// Steps solved with it, and their cost in residual evaluations, including that of the Jacobian.
@@ -103,7 +103,7 @@ struct Kept {
     cost: f64,
 }
 
-impl Kept {
+impl JacobianHistory {
     /// A Jacobian should be replaced when a step costs more with it than the average step so far, including the evaluation of the
     /// Jacobian: a fresh one lowers the average.
     fn is_beaten_by(&self, cost: f64) -> bool {
@@ -114,7 +114,7 @@ impl Kept {
 /// Progress of a solve with the kept Jacobian: iterations, their cost in residual evaluations, and whether the Jacobian was evaluated
 /// in this step.
 #[derive(Clone, Copy, Debug)]
-struct SoFar {
+struct SolveProgress {
     iteration: usize,
     cost: f64,
     is_fresh: bool,
@@ -138,7 +138,7 @@ pub(super) struct Corrector<V> {
     reuse: bool,
     /// The usual size of a step.
     dt: f64,
-    kept: Option<Kept>,
+    kept: Option<JacobianHistory>,
     /// Whether surfaces could touch at the end of the last solve; the system may have evaluated another state since.
     might_touch: bool,
     linear: LinearSystem,
@@ -262,7 +262,7 @@ impl<V: Numbers> Corrector<V> {
 
     /// Writes or reads the state between solves: the kept Jacobian and its measurements.
     pub(super) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
-        let blank = Kept { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
+        let blank = JacobianHistory { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
         tape.optional(&mut self.kept, blank, |tape, kept| {
             tape.numbers(&mut kept.weights);
             tape.number(&mut kept.steps);
@@ -362,7 +362,7 @@ impl<V: Numbers> Corrector<V> {
             if let Some(last) = last
                 && !renew
             {
-                let so_far = SoFar { iteration, cost, is_fresh };
+                let so_far = SolveProgress { iteration, cost, is_fresh };
                 match self.judge(system, trial, (last, size), h, so_far, counters)? {
                     Judgement::Rate(rate, shall_renew) => (measured_rate, renew) = (Some(rate), shall_renew),
                     Judgement::IsRounding => {
@@ -420,7 +420,7 @@ impl<V: Numbers> Corrector<V> {
         trial: &mut Trial<V>,
         ([last_size, last_moved], size): ([f64; 2], f64),
         h: f64,
-        SoFar { iteration, cost, is_fresh }: SoFar,
+        SolveProgress { iteration, cost, is_fresh }: SolveProgress,
         counters: &mut Counters,
     ) -> Result<Judgement, Interrupted> {
         if !size.is_finite() {
@@ -504,7 +504,7 @@ impl<V: Numbers> Corrector<V> {
     ) -> Solved {
         let outcome = self.evaluate_jacobian(system, trial, h, counters)?;
         if outcome.is_ok() {
-            self.kept = Some(Kept { weights: trial.weights, steps: 0.0, cost: 0.0 });
+            self.kept = Some(JacobianHistory { weights: trial.weights, steps: 0.0, cost: 0.0 });
         }
         Ok(outcome)
     }

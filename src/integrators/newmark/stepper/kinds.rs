@@ -1,6 +1,6 @@
 //! The stepper, for systems of any size.
 
-use super::super::numbers::{Few, Numbers};
+use super::super::numbers::{FixedSize, Numbers};
 use super::super::options::Options;
 use super::super::scheme::Scheme;
 use super::{Lengths, StepperOf};
@@ -20,10 +20,10 @@ pub struct Stepper(Kind);
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "there is one for an integration, and it is not moved")]
 enum Kind {
-    One(StepperOf<Few<1>>),
-    Two(StepperOf<Few<2>>),
-    Three(StepperOf<Few<3>>),
-    Four(StepperOf<Few<4>>),
+    One(StepperOf<FixedSize<1>>),
+    Two(StepperOf<FixedSize<2>>),
+    Three(StepperOf<FixedSize<3>>),
+    Four(StepperOf<FixedSize<4>>),
     Any(StepperOf<Vec<f64>>),
 }
 

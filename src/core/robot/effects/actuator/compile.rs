@@ -158,7 +158,7 @@ impl<'a, G: Turning> Compiler<'a, G> {
         for (k, part) in tendon.path.iter().enumerate() {
             if let Some(line) = self.straight.next_if(|line| line.actuator == i && line.before == k) {
                 path.push(Part::Line(self.actuation.lines.len()));
-                let ends = line.ends.map(|spot| end(spot, &mut self.actuation.world_points));
+                let ends = line.ends.map(|place_of_end| end(place_of_end, &mut self.actuation.world_points));
                 let guide_exit = |part: &'a actuator::Part, end: usize| {
                     guide_exit(&self.parts(part.along().filter(|_| has_friction)?), end, self.pieces)
                 };
@@ -201,27 +201,27 @@ pub(crate) struct Straight {
     actuator: usize,
     /// Index of the path's part before which it lies.
     before: usize,
-    pub(crate) ends: [Spot; 2],
+    pub(crate) ends: [EndPlace; 2],
 }
 
 /// An end: a point of the world, in the frame of the base at rest, or a place on a link.
-pub(crate) enum Spot {
+pub(crate) enum EndPlace {
     InWorld(Vector<f64>),
     On { place: Place, beside: Vector<f64> },
 }
 
 /// Converts an end; the index of a point on a link is not known yet.
-fn end<P>(spot: Spot, world_points: &mut Vec<Vector<f64>>) -> End<P> {
-    match spot {
-        Spot::InWorld(position) => {
+fn end<P>(place_of_end: EndPlace, world_points: &mut Vec<Vector<f64>>) -> End<P> {
+    match place_of_end {
+        EndPlace::InWorld(position) => {
             world_points.push(position);
             End::InWorld(world_points.len() - 1)
         }
-        Spot::On { beside, .. } => End::On { point: usize::MAX, beside, moved_by: Vec::new() },
+        EndPlace::On { beside, .. } => End::On { point: usize::MAX, beside, moved_by: Vec::new() },
     }
 }
 
-impl Spot {
+impl EndPlace {
     pub(crate) fn place(&self) -> Option<&Place> {
         if let Self::On { place, .. } = self { Some(place) } else { None }
     }
@@ -249,27 +249,27 @@ impl Spot {
 pub(crate) fn straight<G: Turning>(robot: &Robot, tree: &Tree<G>) -> Vec<Straight> {
     let Tree { pieces, links, .. } = tree;
     let root = &robot.links[0];
-    let spot = |link: usize, x: Option<f64>, point: Vector<f64>| {
+    let place_of_end = |link: usize, x: Option<f64>, point: Vector<f64>| {
         let place = place::on_link(pieces, &links[link], x);
         let beside = match place.beside {
             Some(Offset { orientation, position }) => position + orientation.rotation().apply(point),
             None => point,
         };
-        Spot::On { place, beside }
+        EndPlace::On { place, beside }
     };
     let end_of = |part: &actuator::Part, end: usize| match part {
         actuator::Part::Along(along) => {
             let x = along.along[end];
             let fraction = x / robot.links[along.link].length();
             let [[y], [z]] = [0, 1].map(|i| along.offset[i].at(fraction));
-            spot(along.link, Some(x), Vector { x: 0.0, y, z })
+            place_of_end(along.link, Some(x), Vector { x: 0.0, y, z })
         }
         actuator::Part::Via(via) => match via.link {
-            Some(link) => spot(link, via.at, via.point.into()),
+            Some(link) => place_of_end(link, via.at, via.point.into()),
             None => {
                 let base = Quaternion::from_array(root.orientation).rotation();
                 let position = Vector::from(via.point) - Vector::from(root.position);
-                Spot::InWorld(base.apply_transposed(position))
+                EndPlace::InWorld(base.apply_transposed(position))
             }
         },
     };

@@ -8,12 +8,12 @@
 //! of `1/s`. This tangent is exact at the solution, so that convergence is quadratic.
 
 use crate::numerics::lie::Vector;
-use crate::robot::effects::contact::state::{Followed, LinearisedFriction, Standing, Touch};
+use crate::robot::effects::contact::state::{Followed, LinearisedFriction, SidePlace, Touch};
 
 /// Friction at a touch that is linearised exactly.
 fn exact(touch: &Touch) -> LinearisedFriction {
     let (curve, x) = match touch.sides[0] {
-        Standing::Along { curve, x } => (curve, x),
+        SidePlace::Along { curve, x } => (curve, x),
         _ => (0, 0.0),
     };
     LinearisedFriction {

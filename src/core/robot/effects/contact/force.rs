@@ -13,7 +13,7 @@ use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::Motion;
 use crate::robot::effects::contact::shapes::touch::ContactPoint;
 use crate::robot::effects::contact::sliding;
-use crate::robot::effects::contact::state::{ContactState, ContactTangent, Standing, Touch};
+use crate::robot::effects::contact::state::{ContactState, ContactTangent, SidePlace, Touch};
 use crate::robot::effects::kinds::{
     CoordinateForce, Dissipation, NoDeadLineWrench, NoLineResponse, NoLineWrench, NoSupply,
     NoVelocityDependence, NotAtPoints, PartialWrench, StoredEnergy,
@@ -34,8 +34,8 @@ fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     let ContactState { touches, first_along, next_along, .. } = contact;
     first_along.fill(None);
     for (t, touch) in touches.iter().enumerate().rev() {
-        for (s, standing) in touch.sides.iter().enumerate().rev() {
-            let Standing::Along { curve, .. } = *standing else { continue };
+        for (s, side_place) in touch.sides.iter().enumerate().rev() {
+            let SidePlace::Along { curve, .. } = *side_place else { continue };
             let first = &mut first_along[plan.pieces[plan.effects.contacts.curves[curve].piece].first_pack];
             next_along[2 * t + s] = first.replace(2 * t + s);
         }
@@ -58,7 +58,7 @@ pub(crate) fn carry<G: Turning>(
     while let Some(place) = next {
         let (t, s) = (place / 2, place % 2);
         let touch = &contact.touches[t];
-        if let Standing::Along { curve, .. } = touch.sides[s] {
+        if let SidePlace::Along { curve, .. } = touch.sides[s] {
             let need = touch.needs::<G>(plan.frame)[s];
             sum += need;
             let need = need.splat();
@@ -93,8 +93,8 @@ fn beyond_cut<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch, s:
 }
 
 /// Direction of a rod at the node nearest to a contact point.
-fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: Standing) -> Option<Vector<f64>> {
-    let Standing::Along { curve, x } = side else { return None };
+fn direction<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, side: SidePlace) -> Option<Vector<f64>> {
+    let SidePlace::Along { curve, x } = side else { return None };
     let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
     let away = |node: &usize| (piece.gauss.nodes[*node] - x).abs();
     let node = (0..piece.gauss.nodes.len()).min_by(|a, b| away(a).total_cmp(&away(b)))?;
@@ -115,7 +115,7 @@ impl<G: Turning> PartialWrench<G> for ContactForces {
         let mut next = contact.first_along[piece.first_pack];
         while let Some(at) = next {
             let (touch, s) = (&contact.touches[at / 2], at % 2);
-            if let Standing::Along { curve, x } = touch.sides[s] {
+            if let SidePlace::Along { curve, x } = touch.sides[s] {
                 let cut = (place.x - x) * plan.effects.contacts.curves[curve].length;
                 sum = sum.add_scaled(touch.needs::<G>(plan.frame)[s], beyond_cut(plan, work, touch, s, cut));
             }
@@ -142,8 +142,8 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         super::detection::find(plan, work);
         link(plan, &mut work.effects.contact);
         for touch in &work.effects.contact.touches {
-            for (standing, need) in touch.sides.iter().zip(touch.needs::<G>(plan.frame)) {
-                if let Standing::On(fixture) = *standing
+            for (side_place, need) in touch.sides.iter().zip(touch.needs::<G>(plan.frame)) {
+                if let SidePlace::On(fixture) = *side_place
                     && let Some(point) = plan.effects.contacts.fixtures[fixture].point
                 {
                     work.points[point].force += need;
@@ -259,16 +259,16 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
                 component[rows.clone()].fill(0.0);
             }
         }
-        for (s, standing) in touch.sides.iter().enumerate() {
+        for (s, side_place) in touch.sides.iter().enumerate() {
             let centre = touch.centres[s];
-            let (velocity, moved_by, reach) = match *standing {
-                Standing::Still => continue,
-                Standing::On(fixture) => {
+            let (velocity, moved_by, reach) = match *side_place {
+                SidePlace::AtRest => continue,
+                SidePlace::On(fixture) => {
                     let fixture = &plan.effects.contacts.fixtures[fixture];
                     let Some(point) = fixture.point else { continue };
                     (work.points[point].velocity, fixture.moved_by.as_slice(), None)
                 }
-                Standing::Along { curve, .. } => {
+                SidePlace::Along { curve, .. } => {
                     let curve = &plan.effects.contacts.curves[curve];
                     let piece = &plan.pieces[curve.piece];
                     let reach = &work.effects.contact.reach(plan.effects.contacts.packs, t, s)[..piece.packs];

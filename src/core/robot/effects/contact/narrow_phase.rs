@@ -19,7 +19,7 @@ use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
 use crate::robot::effects::contact::shapes::touch::{ContactPoint, Law};
 use crate::robot::effects::contact::shapes::tube::Tube;
-use crate::robot::effects::contact::state::{Share, Span, Standing, Term, Touch};
+use crate::robot::effects::contact::state::{Share, SidePlace, Span, Term, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -91,7 +91,7 @@ pub(super) struct Found<'a, P> {
 enum Other<'a> {
     Solid {
         solid: Placed<'a>,
-        on: Standing,
+        on: SidePlace,
         /// The centre of a ball.
         centre: Option<Vector<f64>>,
     },
@@ -110,7 +110,7 @@ impl Other<'_> {
 #[derive(Clone, Copy)]
 struct Nearest {
     distance: Distance,
-    on: Standing,
+    on: SidePlace,
     /// Its centre, where it is known.
     centre: Option<Vector<f64>>,
     /// Distance of its centre from its surface.
@@ -120,8 +120,8 @@ struct Nearest {
 }
 
 /// A place of the first side that may touch, and its share of the stiffness.
-struct First {
-    on: Standing,
+struct FirstPlace {
+    on: SidePlace,
     centre: Vector<f64>,
     radius: f64,
     thickness: f64,
@@ -136,7 +136,7 @@ fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Near
     let [position, slope, bend] = part.at(x);
     let way = point - position;
     let radius = part.radius(x);
-    let on = Standing::Along { curve, x: part.from + part.part * x };
+    let on = SidePlace::Along { curve, x: part.from + part.part * x };
     if let Some(semi_axes) = part.semi_axes(x) {
         let square = slope.dot(slope);
         let along = slope * square.max(f64::MIN_POSITIVE).sqrt().recip();
@@ -178,7 +178,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         let round;
         let other = match &pair.sides[1] {
             Side::Solid(solid) => {
-                let on = Standing::of(self.plan.effects.contacts.solids[*solid].on);
+                let on = SidePlace::of(self.plan.effects.contacts.solids[*solid].on);
                 Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
             }
             Side::Ball(ball) => {
@@ -186,7 +186,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let centre = self.centres[*ball];
                 round = Solid::Ball { centre, radius };
                 let solid = Placed { solid: &round, pose: None };
-                Other::Solid { solid, on: Standing::of(on), centre: Some(centre) }
+                Other::Solid { solid, on: SidePlace::of(on), centre: Some(centre) }
             }
             Side::Rod(curves) => {
                 Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
@@ -198,8 +198,8 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let Ball { on, radius, thickness, .. } = self.plan.effects.contacts.balls[*ball];
                 let centre = self.centres[*ball];
                 if let Some(nearest) = self.nearest(&other, centre, None) {
-                    let first = First {
-                        on: Standing::of(on),
+                    let first = FirstPlace {
+                        on: SidePlace::of(on),
                         centre,
                         radius,
                         thickness,
@@ -237,17 +237,18 @@ impl<'a, G: Turning> Scene<'a, G> {
         p: usize,
         body: &Body,
         solid: &Placed<'_>,
-        on: Standing,
+        on: SidePlace,
         found: &mut Found<'_, G::Pack>,
     ) {
         let corners = &self.corners[body.first_corner..][..body.corners.len()];
         let Body { radius, thickness, .. } = *body;
         let mut press = |centre, distance, rolling| {
-            let standing = Standing::of(body.on);
+            let side_place = SidePlace::of(body.on);
             let axis = Vector::zero();
             let share = None;
-            let first = First { on: standing, centre, radius, thickness, rolling, weight: 1.0, axis, share };
-            let is_carried = matches!(on, Standing::On(_));
+            let first =
+                FirstPlace { on: side_place, centre, radius, thickness, rolling, weight: 1.0, axis, share };
+            let is_carried = matches!(on, SidePlace::On(_));
             self.press(p, &first, &Nearest { distance, on, centre: None, radius: 0.0, is_carried }, found);
         };
         if solid.distance(corners[0]).value > radius + body.size {
@@ -491,7 +492,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         for (i, (node, weight)) in NODES.into_iter().zip(WEIGHTS).enumerate() {
             let x = from + (to - from) * node;
             let at = part.from + part.part * x;
-            let on = Standing::Along { curve: c, x: at };
+            let on = SidePlace::Along { curve: c, x: at };
             let length = (to - from) * part.length;
             let (weight, share) = (weight * length, Some(Share { node: i, length }));
             let axis = self.axis(p, c, part, x, found);
@@ -503,14 +504,15 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let Some(nearest) = self.nearest(other, place, Some(arc)) else { continue };
                 let thickness = smaller(semi);
                 let rolling = Some(rolling);
-                let first = First { on, centre: place, radius: 0.0, thickness, rolling, weight, axis, share };
+                let first =
+                    FirstPlace { on, centre: place, radius: 0.0, thickness, rolling, weight, axis, share };
                 self.press(p, &first, &Nearest { distance, ..nearest }, found);
                 continue;
             }
             if let Some(nearest) = self.nearest(other, centre, Some(arc)) {
                 let radius = part.radius(x);
                 let first =
-                    First { on, centre, radius, thickness: radius, rolling: None, weight, axis, share };
+                    FirstPlace { on, centre, radius, thickness: radius, rolling: None, weight, axis, share };
                 self.press(p, &first, &nearest, found);
             }
         }
@@ -572,7 +574,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         match other {
             Other::Solid { solid, on, centre } => {
                 let distance = solid.distance(point);
-                let is_carried = matches!(on, Standing::On(_)) && centre.is_none();
+                let is_carried = matches!(on, SidePlace::On(_)) && centre.is_none();
                 Some(Nearest { distance, on: *on, centre: *centre, radius: solid.round(), is_carried })
             }
             Other::Rod { pair, first, end, .. } => {
@@ -685,13 +687,13 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// Angular velocity and velocity of a side, whose weights of nodes are in the memory of the next contact point.
     fn motion(
         &self,
-        on: Standing,
+        on: SidePlace,
         centre: Vector<f64>,
         found: &Found<'_, G::Pack>,
         side: usize,
     ) -> [Vector<f64>; 2] {
         let twist = match on {
-            Standing::Along { curve, .. } => {
+            SidePlace::Along { curve, .. } => {
                 let piece = &self.plan.pieces[self.plan.effects.contacts.curves[curve].piece];
                 let stride = self.plan.effects.contacts.packs;
                 let own = &found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
@@ -701,21 +703,21 @@ impl<'a, G: Turning> Scene<'a, G> {
                 }
                 self.work.stations[piece.joined.begin].velocity + change.sum()
             }
-            Standing::On(fixture) => match self.plan.effects.contacts.fixtures[fixture].point {
+            SidePlace::On(fixture) => match self.plan.effects.contacts.fixtures[fixture].point {
                 Some(point) => self.work.points[point].velocity,
                 // The world moves with minus the velocity of the frame.
                 None => Twist { angular: VectorSpace::zero(), linear: -self.work.surroundings.velocity },
             },
-            Standing::Still => return [Vector::zero(); 2],
+            SidePlace::AtRest => return [Vector::zero(); 2],
         };
         let angular = G::axial_in_space(self.plan.frame, twist.angular);
         [angular, G::in_space(self.plan.frame, twist.linear) + angular.cross(centre)]
     }
 
     /// Adds a contact point if the surfaces overlap; the weights of its first side are in the memory of the next contact point.
-    fn press(&self, p: usize, first: &First, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
+    fn press(&self, p: usize, first: &FirstPlace, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
         let pair = &self.plan.effects.contacts.pairs[p];
-        let &First { on, centre, radius, thickness, rolling, weight, axis, share } = first;
+        let &FirstPlace { on, centre, radius, thickness, rolling, weight, axis, share } = first;
         let overlap = radius - nearest.distance.value;
         if overlap <= 0.0 || found.touches.len() == self.plan.effects.contacts.capacity {
             return;
@@ -723,13 +725,13 @@ impl<'a, G: Turning> Scene<'a, G> {
         let sides = [on, nearest.on];
         let is_carried = nearest.is_carried;
         let of_other = match (nearest.on, nearest.centre) {
-            (Standing::Along { curve, x }, _) => {
+            (SidePlace::Along { curve, x }, _) => {
                 let middle = self.reach((curve, x), None, found, 1);
                 if is_carried { centre } else { middle }
             }
-            (Standing::Still, _) => Vector::zero(),
-            (Standing::On(_), Some(of_other)) => of_other,
-            (Standing::On(_), None) => centre,
+            (SidePlace::AtRest, _) => Vector::zero(),
+            (SidePlace::On(_), Some(of_other)) => of_other,
+            (SidePlace::On(_), None) => centre,
         };
         let centres = [centre, of_other];
         let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));

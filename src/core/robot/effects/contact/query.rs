@@ -7,7 +7,7 @@ use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
 use crate::robot::effects::contact::shapes::touch::{ContactPoint, Law};
-use crate::robot::effects::contact::state::{ContactState, Standing, Touch};
+use crate::robot::effects::contact::state::{ContactState, SidePlace, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -178,10 +178,10 @@ pub(crate) fn separation<G: Turning>(
 
 /// The acceleration with which the weight alone presses the surfaces at a contact point together.
 fn acceleration_by_weight<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, touch: &Touch) -> f64 {
-    let falls = |side: &Standing| match *side {
-        Standing::Still => false,
-        Standing::On(fixture) => plan.effects.contacts.fixtures[fixture].point.is_some(),
-        Standing::Along { .. } => true,
+    let falls = |side: &SidePlace| match *side {
+        SidePlace::AtRest => false,
+        SidePlace::On(fixture) => plan.effects.contacts.fixtures[fixture].point.is_some(),
+        SidePlace::Along { .. } => true,
     };
     let [first, second] = touch.sides.each_ref().map(|side| f64::from(u8::from(falls(side))));
     let gravity = G::in_space(plan.frame, work.surroundings.gravity);
@@ -255,13 +255,13 @@ fn rebound(approach: f64) -> f64 {
 fn acceleration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, t: usize, side: usize) -> Vector<f64> {
     let touch = &work.effects.contact.touches[t];
     let (velocity, acceleration) = match touch.sides[side] {
-        Standing::Still => return Vector::zero(),
-        Standing::On(fixture) => {
+        SidePlace::AtRest => return Vector::zero(),
+        SidePlace::On(fixture) => {
             // The frame is inertial: bodies at rest in the world have no acceleration in it.
             let Some(point) = plan.effects.contacts.fixtures[fixture].point else { return Vector::zero() };
             (work.points[point].velocity, work.points[point].acceleration)
         }
-        Standing::Along { curve, .. } => {
+        SidePlace::Along { curve, .. } => {
             let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
             let begin = &work.stations[piece.joined.begin];
             let reach = work.effects.contact.reach(plan.effects.contacts.packs, t, side);
@@ -332,7 +332,7 @@ pub(crate) fn reported<G: Turning>(
         let turned = |v: Vector<f64>| base.rotation.apply(v);
         let position = touch.centres[first] + touch.contact_point.arms()[first];
         let along = |s: usize| match touch.sides[s] {
-            Standing::Along { curve, x } => {
+            SidePlace::Along { curve, x } => {
                 let curve = &plan.effects.contacts.curves[curve];
                 Some(curve.start + x * curve.length)
             }

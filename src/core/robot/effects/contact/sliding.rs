@@ -17,7 +17,7 @@ use crate::robot::algebra::tie::Motion;
 use crate::robot::effects::contact::shapes::distance::SHORTEST;
 use crate::robot::effects::contact::shapes::slide::Slide;
 use crate::robot::effects::contact::shapes::touch::ContactPoint;
-use crate::robot::effects::contact::state::{Rows, Standing, Touch};
+use crate::robot::effects::contact::state::{Rows, SidePlace, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::{Turning, columns};
@@ -43,7 +43,7 @@ pub(super) fn find<G: Turning>(
     linearised: Vector<f64>,
     rows: &mut Rows<G::Pack>,
 ) -> Option<Sliding> {
-    let Standing::Along { curve, x } = touch.sides[1] else { return None };
+    let SidePlace::Along { curve, x } = touch.sides[1] else { return None };
     let centre = touch.centres[1];
     let way = touch.centres[0] - centre;
     let length = way.dot(way).sqrt();

@@ -146,7 +146,7 @@ impl Span {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
     pub(crate) pair: usize,
-    pub(crate) sides: [Standing; 2],
+    pub(crate) sides: [SidePlace; 2],
     /// Centres, in space and the frame of the plan.
     pub(crate) centres: [Vector<f64>; 2],
     /// Its share of a distributed contact along the first side.
@@ -191,19 +191,19 @@ impl Share {
 
 /// Location of one side of a contact point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Standing {
+pub(crate) enum SidePlace {
     /// At a fraction of a curve's length.
     Along { curve: usize, x: f64 },
     /// On a fixture.
     On(usize),
     /// At rest in the frame of the plan.
-    Still,
+    AtRest,
 }
 
-impl Standing {
+impl SidePlace {
     /// Location of a surface on a fixture, or at rest without one.
     pub(crate) fn of(on: Option<usize>) -> Self {
-        on.map_or(Self::Still, Self::On)
+        on.map_or(Self::AtRest, Self::On)
     }
 }
 

@@ -203,7 +203,7 @@ fn splat<G: Geometry>(v: G::Vector<f64>) -> G::Vector<G::Pack> {
 
 /// Energy and power of the fluid, with the motion up to date.
 #[derive(Clone, Copy, Debug, Default)]
-struct Exchange {
+struct EnergyAndPower {
     /// Kinetic energy of the added mass, and its potential in the current.
     kinetic: f64,
     potential: f64,
@@ -212,8 +212,8 @@ struct Exchange {
     supplied: f64,
 }
 
-fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Exchange {
-    let mut sum = Exchange::default();
+fn exchange<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> EnergyAndPower {
+    let mut sum = EnergyAndPower::default();
     let frame = splat::<G>(work.surroundings.velocity);
     for piece in &plan.pieces {
         let Some(immersed) = &piece.immersed else { continue };

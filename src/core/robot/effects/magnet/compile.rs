@@ -1,7 +1,7 @@
 //! Compiles magnets, and the field as a load without a place.
 
 use super::law::Dipole;
-use super::plan::{Actor, Fixed, Magnets, Seat};
+use super::plan::{ActiveDipole, DipolePlace, Fixed, Magnets};
 use super::{Magnet, is_magnetised};
 use crate::numerics::lie::{LANES, Lanes, Rotation, Vector, VectorSpace};
 use crate::robot::compile::links::Tree;
@@ -34,11 +34,11 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
         let own = in_axes_of_point(plan, magnet);
         let moved_by = kinematics::moved_by(plan, &plan.points[point].place);
         magnets.fixed.push(Fixed { moment: G::vector_of(plan.frame, own.moment), point });
-        magnets.actors.push(Actor { seat: Seat::Point(point), own, moved_by });
+        magnets.active_dipoles.push(ActiveDipole { place: DipolePlace::Point(point), own, moved_by });
     }
     for a in 0..owners.len() {
         for b in a + 1..owners.len() {
-            if !move_alike(&magnets.actors[a].moved_by, &magnets.actors[b].moved_by) {
+            if !move_alike(&magnets.active_dipoles[a].moved_by, &magnets.active_dipoles[b].moved_by) {
                 magnets.pairs.push([a, b]);
             }
         }
@@ -122,15 +122,19 @@ fn add_node<G: Turning>(
     let weight = piece.weights[i / LANES].lane(lane);
     let moved_by = kinematics::moved_by(plan, &place::at_fraction(&plan.pieces, s, piece.gauss.nodes[i]));
     let before = magnets.pairs.len();
-    let number = magnets.actors.len();
+    let number = magnets.active_dipoles.len();
     for (a, magnet) in robot.magnets.iter().enumerate() {
-        if Some(magnet.link) != owner && !move_alike(&magnets.actors[a].moved_by, &moved_by) {
+        if Some(magnet.link) != owner && !move_alike(&magnets.active_dipoles[a].moved_by, &moved_by) {
             magnets.pairs.push([a, number]);
         }
     }
     if magnets.pairs.len() > before {
         let own = Dipole { moment: density(piece, i) * weight, position: Vector::zero() };
-        magnets.actors.push(Actor { seat: Seat::Node { pack, lane, weight }, own, moved_by });
+        magnets.active_dipoles.push(ActiveDipole {
+            place: DipolePlace::Node { pack, lane, weight },
+            own,
+            moved_by,
+        });
     }
 }
 
@@ -146,7 +150,11 @@ fn add_field<G: Turning>(plan: &mut Plan<G>, robot: &Robot, magnets: &mut Magnet
         // Out of the plane of motion, at zero coordinates.
         let field = base.apply_transposed(Vector::from(field));
         let aside = |v: Vector<f64>| v - G::in_space(plan.frame, G::vector_of(plan.frame, v));
-        let of_magnets = robot.magnets.iter().zip(&magnets.actors).map(|(_, actor)| actor.own.moment);
+        let of_magnets = robot
+            .magnets
+            .iter()
+            .zip(&magnets.active_dipoles)
+            .map(|(_, active_dipole)| active_dipole.own.moment);
         let pieces = plan.pieces.iter().filter(|piece| magnets.begins.get(piece.first_pack) == Some(&true));
         let pieces = pieces.filter(|piece| piece.packs > 0);
         let of_segments = pieces.flat_map(|piece| {

@@ -6,7 +6,7 @@
 //! and W the wrench on it, about its place: the wrench required against it changes by `-(dW - y x W)` relative to the material.
 
 use super::law::{Between, Dipole, Pair};
-use super::plan::{Actor, MagnetTangent, Seat};
+use super::plan::{ActiveDipole, DipolePlace, MagnetTangent};
 use crate::model::Energy;
 use crate::numerics::lie::{Cross, Geometry, Lanes, Scalar, Vector, VectorSpace, Wrench};
 use crate::robot::algebra::inertia::Gyroscope;
@@ -119,16 +119,20 @@ impl<G: Turning> DeadLineWrench<G> for Magnets {
 }
 
 /// A dipole in the shape.
-fn seen<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, actor: &Actor<G::Pack>) -> Dipole {
-    let (rotation, position) = match actor.seat {
-        Seat::Point(point) => (work.points[point].rotation, work.points[point].position),
-        Seat::Node { pack, lane, .. } => {
+fn dipole_in_frame<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    active_dipole: &ActiveDipole<G::Pack>,
+) -> Dipole {
+    let (rotation, position) = match active_dipole.place {
+        DipolePlace::Point(point) => (work.points[point].rotation, work.points[point].position),
+        DipolePlace::Node { pack, lane, .. } => {
             let at = |entry: &G::Pack| entry.lane(lane);
             (G::map_rotation(&work.rotation[pack], at), G::map_vector(&work.position[pack], at))
         }
     };
     let rotation = G::rotation_in_space(plan.frame, &rotation);
-    let Dipole { moment, position: beside } = actor.own;
+    let Dipole { moment, position: beside } = active_dipole.own;
     Dipole {
         moment: rotation.apply(moment),
         position: G::in_space(plan.frame, position) + rotation.apply(beside),
@@ -146,16 +150,16 @@ fn wrenches(dipoles: [&Dipole; 2], Between { fields, force }: &Between) -> [[Vec
 fn add_need<G: Turning>(
     plan: &Plan<G>,
     work: &mut Workspace<G>,
-    actor: &Actor<G::Pack>,
+    active_dipole: &ActiveDipole<G::Pack>,
     position: Vector<f64>,
     [moment, force]: [Vector<f64>; 2],
 ) {
     let moment = moment + position.cross(force);
     let mut need: Wrench<G, f64> =
         Wrench { moment: G::axial_of(plan.frame, -moment), force: G::vector_of(plan.frame, -force) };
-    match actor.seat {
-        Seat::Point(point) => work.points[point].force += need,
-        Seat::Node { pack, lane, weight } => {
+    match active_dipole.place {
+        DipolePlace::Point(point) => work.points[point].force += need,
+        DipolePlace::Node { pack, lane, weight } => {
             for index in 0..G::COMPONENTS {
                 let more = *need.component_mut(index) / weight;
                 let entry = work.force[pack].component_mut(index);
@@ -172,12 +176,12 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
 
     #[inline(always)]
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, _: &[f64], _: &[f64]) {
-        let actors = &plan.effects.magnets.actors;
+        let active_dipoles = &plan.effects.magnets.active_dipoles;
         for pair in &plan.effects.magnets.pairs {
-            let [a, b] = pair.map(|i| seen(plan, work, &actors[i]));
+            let [a, b] = pair.map(|i| dipole_in_frame(plan, work, &active_dipoles[i]));
             let acting = wrenches([&a, &b], &Pair::of([&a, &b]).between());
             for ((&i, dipole), wrench) in pair.iter().zip([a, b]).zip(acting) {
-                add_need(plan, work, &actors[i], dipole.position, wrench);
+                add_need(plan, work, &active_dipoles[i], dipole.position, wrench);
             }
         }
     }
@@ -222,10 +226,10 @@ fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTang
     let MagnetTangent { dipoles, wrenches: acting, moved, .. } = memory;
     moved.fill([Vector::zero(); 2]);
     acting.fill([Vector::zero(); 2]);
-    for (i, actor) in plan.effects.magnets.actors.iter().enumerate() {
-        dipoles[i] = seen(plan, work, actor);
+    for (i, active_dipole) in plan.effects.magnets.active_dipoles.iter().enumerate() {
+        dipoles[i] = dipole_in_frame(plan, work, active_dipole);
         let moved = &mut moved[i * plan.n..][..plan.n];
-        columns::visit(plan, work, columns::each(&actor.moved_by), |k, [psi, _]| {
+        columns::visit(plan, work, columns::each(&active_dipole.moved_by), |k, [psi, _]| {
             let turn = G::axial_in_space(plan.frame, psi.angular);
             let shift = G::in_space(plan.frame, psi.linear) + turn.cross(dipoles[i].position);
             moved[k] = [turn, shift];
@@ -265,7 +269,7 @@ fn answer<G: Turning>(plan: &Plan<G>, memory: &mut MagnetTangent, k: usize, weig
 impl<G: Turning> StoredEnergy<G> for Magnets {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
         for pair in &plan.effects.magnets.pairs {
-            let [a, b] = pair.map(|i| seen(plan, work, &plan.effects.magnets.actors[i]));
+            let [a, b] = pair.map(|i| dipole_in_frame(plan, work, &plan.effects.magnets.active_dipoles[i]));
             energy.loads += Pair::of([&a, &b]).energy();
         }
         if let Some(field) = field(plan, work).filter(|_| !<Self as Supply<G>>::drives(plan)) {

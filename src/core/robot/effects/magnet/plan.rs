@@ -17,7 +17,7 @@ pub(crate) struct Magnets<G: Geometry> {
     /// Whether the piece that begins at a pack is magnetised; empty likewise.
     pub(super) begins: Vec<bool>,
     /// Interacting dipoles: first the magnets, in their order, then nodes on which any of these act.
-    pub(super) actors: Vec<Actor<G::Pack>>,
+    pub(super) active_dipoles: Vec<ActiveDipole<G::Pack>>,
     /// Pairs of them that move relative to each other. The first one is a magnet.
     pub(super) pairs: Vec<[usize; 2]>,
 }
@@ -31,7 +31,7 @@ pub(super) struct Fixed<G: Geometry> {
 
 /// Location of a dipole.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Seat {
+pub(super) enum DipolePlace {
     /// At a point.
     Point(usize),
     /// A node, by its pack and its lane: its share of a magnetised segment.
@@ -40,8 +40,8 @@ pub(super) enum Seat {
 
 /// A dipole with a field, or in the field of others.
 #[derive(Clone, Debug)]
-pub(super) struct Actor<P> {
-    pub(super) seat: Seat,
+pub(super) struct ActiveDipole<P> {
+    pub(super) place: DipolePlace,
     /// In the axes there.
     pub(super) own: Dipole,
     pub(super) moved_by: Vec<(usize, Vec<P>)>,
@@ -55,7 +55,7 @@ impl<G: Space> Default for Magnets<G> {
             fixed: Vec::new(),
             along: Vec::new(),
             begins: Vec::new(),
-            actors: Vec::new(),
+            active_dipoles: Vec::new(),
             pairs: Vec::new(),
         }
     }
@@ -76,7 +76,7 @@ pub(crate) struct MagnetTangent {
     pub(super) dipoles: Vec<Dipole>,
     /// Moment about each and force on it.
     pub(super) wrenches: Vec<[Vector<f64>; 2]>,
-    /// Rotation and shift of each for a unit of every coordinate: entry `[actor * n + k]`.
+    /// Rotation and shift of each for a unit of every coordinate: entry `[active_dipole * n + k]`.
     pub(super) moved: Vec<[Vector<f64>; 2]>,
     /// Change of the required wrench of each with a coordinate.
     pub(super) answers: Vec<[Vector<f64>; 2]>,
@@ -84,13 +84,13 @@ pub(crate) struct MagnetTangent {
 
 impl MagnetTangent {
     pub(crate) fn new<G: Space>(magnets: &Magnets<G>, n: usize) -> Self {
-        let actors = if magnets.pairs.is_empty() { 0 } else { magnets.actors.len() };
+        let active_dipoles = if magnets.pairs.is_empty() { 0 } else { magnets.active_dipoles.len() };
         let none = [Vector::zero(); 2];
         Self {
-            dipoles: vec![Dipole::none(); actors],
-            wrenches: vec![none; actors],
-            moved: vec![none; actors * n],
-            answers: vec![none; actors],
+            dipoles: vec![Dipole::none(); active_dipoles],
+            wrenches: vec![none; active_dipoles],
+            moved: vec![none; active_dipoles * n],
+            answers: vec![none; active_dipoles],
         }
     }
 }

@@ -77,13 +77,13 @@ impl<G: Turning> Sweep for Column<'_, G> {
 }
 
 /// Adds the responses to the row of one coordinate.
-pub(super) struct ToRow<'a, G: Turning> {
+pub(super) struct AddRow<'a, G: Turning> {
     pub(super) responses: &'a [Response<G, G::Pack>],
     pub(super) psi: &'a [Twist<G, G::Pack>],
     pub(super) row: Row<'a, G>,
 }
 
-impl<G: Turning> Sweep for ToRow<'_, G> {
+impl<G: Turning> Sweep for AddRow<'_, G> {
     type Output = ();
 
     #[inline(always)]

@@ -265,12 +265,12 @@ impl<P: Lanes> TendonWithFriction<'_, P> {
     ) {
         let of_line = |line: usize| Side {
             direction: self.state.lines[line].direction,
-            turned: Turned::Line { state: &self.state.lines[line], moved: &memory.moved[line * n..][..n] },
+            turned: TurnState::Line { state: &self.state.lines[line], moved: &memory.moved[line * n..][..n] },
         };
         let of_exit = |end: usize| {
             self.actuation.lines[line].guide_exits[end].as_ref().map(|_| Side {
                 direction: self.state.lines[line].guide_exits[end].0,
-                turned: Turned::GuideExit { turned: &memory.exits_turned[line * n..][..n], end },
+                turned: TurnState::GuideExit { turned: &memory.exits_turned[line * n..][..n], end },
             })
         };
         let entry = before.map_or_else(|| of_exit(0), |before| Some(of_line(before)));
@@ -355,10 +355,10 @@ impl<P: Lanes> TendonWithFriction<'_, P> {
 /// The direction of the part on one side of a corner, and its derivatives.
 struct Side<'a> {
     direction: Vector<f64>,
-    turned: Turned<'a>,
+    turned: TurnState<'a>,
 }
 
-enum Turned<'a> {
+enum TurnState<'a> {
     Line { state: &'a LineState, moved: &'a [Vector<f64>] },
     GuideExit { turned: &'a [[Vector<f64>; 2]], end: usize },
 }
@@ -367,10 +367,10 @@ impl Side<'_> {
     /// Derivative of the direction with respect to a coordinate.
     fn turned(&self, k: usize) -> Vector<f64> {
         match self.turned {
-            Turned::Line { state, moved } => {
+            TurnState::Line { state, moved } => {
                 (moved[k] - self.direction * self.direction.dot(moved[k])) * state.inverse_length
             }
-            Turned::GuideExit { turned, end } => turned[k][end],
+            TurnState::GuideExit { turned, end } => turned[k][end],
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::numerics::linalg::norm;
 pub type Monitor<'a> = &'a mut dyn FnMut() -> Result<(), Interrupted>;
 
 /// An interrupted search, with its latest state, if any.
-pub(super) struct Halted(Option<Box<Reached>>);
+pub(super) struct InterruptedSearch(Option<Box<Reached>>);
 
 /// State of a search at its interruption.
 pub(super) struct Reached {
@@ -23,13 +23,13 @@ pub(super) struct Reached {
     pub(super) counters: Counters,
 }
 
-impl From<Interrupted> for Halted {
+impl From<Interrupted> for InterruptedSearch {
     fn from(_: Interrupted) -> Self {
         Self(None)
     }
 }
 
-impl Halted {
+impl InterruptedSearch {
     pub(super) fn at(state: &State, path: &Path, equations: &Equations<'_>) -> Self {
         let mut q = state.q.clone();
         equations.wrap(&mut q);
