@@ -128,7 +128,7 @@ impl SmallMotions {
     }
 
     /// Whether the stiffness is so far from zero in all directions that the residual of Newton's method does not matter.
-    fn is_firm(&self) -> bool {
+    fn is_far_from_singular(&self) -> bool {
         let firm = Matrix::identity(self.n(), self.n()) * FIRM;
         pencil::is_positive(&self.stiffness, &(&self.error + firm))
     }
@@ -400,7 +400,7 @@ fn decided_motions(
     let held = Held::new(rows * &motions.basis)?;
     // Stiffnesses that are far from zero keep their signs.
     let mut kept = motions.within(&held);
-    if !has_potential || !kept.is_finite() || kept.is_firm() {
+    if !has_potential || !kept.is_finite() || kept.is_far_from_singular() {
         return Some(kept);
     }
     let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;

@@ -108,7 +108,7 @@ pub(crate) fn or_raised<T>(result: Result<T, Interrupted>) -> PyResult<T> {
 
 /// Whether a callback requests a stop, by returning True or raising StopIteration. Other values, such as
 /// arrays, are ignored.
-pub(crate) fn wants_to_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>) -> PyResult<bool> {
+pub(crate) fn requests_stop(py: Python<'_>, returned: PyResult<Bound<'_, PyAny>>) -> PyResult<bool> {
     match returned {
         Ok(value) => Ok(value.extract::<bool>().unwrap_or(false)),
         Err(error) if error.is_instance_of::<PyStopIteration>(py) => Ok(true),

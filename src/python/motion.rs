@@ -271,7 +271,7 @@ impl PyMotionResult {
         let of_model = model.as_ref().map_or(n, |model| model.get().n());
         check.require(of_model == n, "model", of_model, "a model of as many coordinates");
         let of_model =
-            model.as_ref().map_or(inputs, |model| model.get().look(|model| model.facts().inputs()));
+            model.as_ref().map_or(inputs, |model| model.get().inspect(|model| model.facts().inputs()));
         check.require([0, of_model].contains(&inputs), "u", inputs, "the inputs of the model");
         let counted_states = evaluations.as_ref().map_or(t.len(), Vec::len);
         check.require(counted_states == t.len(), "evaluations", counted_states, "one for each time");

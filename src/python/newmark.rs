@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arguments;
-use super::callback::{call, wants_to_stop};
+use super::callback::{call, requests_stop};
 use super::convert;
 use super::motion::{PyMotionResult, finish, times};
 use super::ode::function::{matrix_of, read_vector};
@@ -172,7 +172,7 @@ pub(crate) fn newmark<'py>(
         let Some(callback) = callback else { return Ok(()) };
         let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
         let state = (stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py));
-        let stop = raised.catch(wants_to_stop(py, call(callback, state)))?;
+        let stop = raised.catch(requests_stop(py, call(callback, state)))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
     let solution =

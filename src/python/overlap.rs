@@ -46,7 +46,7 @@ impl PyOverlap {
         model: Option<&Py<PyModel>>,
     ) -> PyResult<Option<Py<Self>>> {
         let Some(((t, overlap), model)) = found.zip(model) else { return Ok(None) };
-        let name = |contact| model.get().look(|model| model.name_of_contact(contact));
+        let name = |contact| model.get().inspect(|model| model.name_of_contact(contact));
         Self::new(py, Some(overlap), Some(t), name)
     }
 }

@@ -12,7 +12,7 @@ pub(super) struct ReadOnly<T = PyAny>(Py<T>);
 
 impl<T> ReadOnly<T> {
     pub(super) fn new(value: Bound<'_, T>) -> PyResult<Self> {
-        protect(value.as_any())?;
+        make_read_only(value.as_any())?;
         Ok(Self(value.unbind()))
     }
 
@@ -33,7 +33,7 @@ where
 
     fn extract(object: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
         let value: Py<T> = object.extract().map_err(Into::into)?;
-        protect(&object)?;
+        make_read_only(&object)?;
         Ok(Self(value))
     }
 }
@@ -49,16 +49,16 @@ impl<'py, T> IntoPyObject<'py> for &ReadOnly<T> {
 }
 
 /// Makes arrays read-only, with the arrays of which they are views.
-fn protect(value: &Bound<'_, PyAny>) -> PyResult<()> {
+fn make_read_only(value: &Bound<'_, PyAny>) -> PyResult<()> {
     if let Ok(list) = value.cast::<PyList>() {
-        return list.iter().try_for_each(|item| protect(&item));
+        return list.iter().try_for_each(|item| make_read_only(&item));
     }
     if let Ok(dict) = value.cast::<PyDict>() {
-        return dict.iter().try_for_each(|(_, item)| protect(&item));
+        return dict.iter().try_for_each(|(_, item)| make_read_only(&item));
     }
     if value.is_instance_of::<PyUntypedArray>() {
         let py = value.py();
-        protect(&value.getattr(intern!(py, "base"))?)?;
+        make_read_only(&value.getattr(intern!(py, "base"))?)?;
         value.getattr(intern!(py, "flags"))?.setattr(intern!(py, "writeable"), false)?;
     }
     Ok(())

@@ -309,19 +309,19 @@ fn change_of_inertia(terms: &[(Segment, f64)], x: f64) -> InertiaMatrix {
 /// Whether the inertia of sections affects only the forces along their own rods.
 #[pyfunction]
 pub(crate) fn has_separate_sections(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
-    model.get().look(|model| !model.facts().section_places.is_empty())
+    model.get().inspect(|model| !model.facts().section_places.is_empty())
 }
 
 /// Whether the lengths of segments affect only their own rods.
 #[pyfunction]
 pub(crate) fn has_free_lengths(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
-    model.get().look(|model| model.facts().free_lengths > 0)
+    model.get().inspect(|model| model.facts().free_lengths > 0)
 }
 
 /// Whether some forces may act only in part of the states.
 #[pyfunction]
 pub(crate) fn has_one_sided_forces(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
-    model.get().look(|model| model.facts().has_one_sided_forces)
+    model.get().inspect(|model| model.facts().has_one_sided_forces)
 }
 
 fn of_models(terms: &Terms, n: usize) -> PyResult<Vec<(Box<dyn Native>, f64)>> {

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::arguments;
-use super::callback::{Raised, call, or_raised, wants_to_stop, with_result};
+use super::callback::{Raised, call, or_raised, requests_stop, with_result};
 use super::convert;
 use super::errors::{LissomError, OrRaise as _};
 use super::model::{Native, PyModel};
@@ -191,7 +191,7 @@ pub(crate) fn simulate<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
-        needs_damping: model.get().look(needs_damping),
+        needs_damping: model.get().inspect(needs_damping),
         returns_steps,
     };
     let configuration = given.configuration(n)?;
@@ -234,7 +234,7 @@ impl Controller {
                 convert::describe(function)
             )));
         }
-        if model.get().look(|model| model.facts().inputs() == 0) {
+        if model.get().inspect(|model| model.facts().inputs() == 0) {
             return Err(PyValueError::new_err(
                 "control: this model has no inputs: leave `control` out, or give loads or actuators a lissom.Input",
             ));
@@ -452,7 +452,7 @@ fn run(
             let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
                 match &progress {
-                    Some(progress) => wants_to_stop(py, call(progress.bind(py), (t,))),
+                    Some(progress) => requests_stop(py, call(progress.bind(py), (t,))),
                     None => Ok(false),
                 }
             }))?;
@@ -482,7 +482,7 @@ fn run(
     };
     let raised = raised_by_control.into_result().and(raised.into_result());
     let has_tendons = |model: &dyn Native| model.robot().is_some_and(|robot| !robot.actuators.is_empty());
-    let slack = moved.get().look(has_tendons).then(|| {
+    let slack = moved.get().inspect(has_tendons).then(|| {
         let mut model = moved.get().native();
         py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)))
     });

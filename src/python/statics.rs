@@ -430,7 +430,7 @@ pub(crate) fn statics<'py>(
     };
     let name = |contact| {
         let named = |model: &dyn Native| model.name_of_contact(contact);
-        base(&of_names).map_or_else(|_| String::new(), |model| model.get().look(named))
+        base(&of_names).map_or_else(|_| String::new(), |model| model.get().inspect(named))
     };
     run(py, n, search, |(found, tendons, error)| {
         let deepest = PyOverlap::new(py, found.deepest, None, name)?;

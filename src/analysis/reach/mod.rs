@@ -38,7 +38,7 @@ use crate::numerics::roots::least_squares;
 use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, SecondOrder, solve};
 use crate::robot::{Origin, Robot, RobotModel, origin};
 use misfit::Misfit;
-use preference::{form_of, unwind};
+use preference::{form_of, shortest_equivalent};
 use starts::Starts;
 
 /// A remaining error smaller by this factor justifies a shape farther from the start.
@@ -145,7 +145,7 @@ fn search(
     misfit.count_alike(true);
     if let Some(form) = form.filter(|_| status == Status::Reached) {
         let mut preferred = x.clone();
-        unwind(form, misfit.rotation_vectors(), &mut preferred);
+        shortest_equivalent(form, misfit.rotation_vectors(), &mut preferred);
         match form.refine(&mut misfit, &mut preferred, &scaled_bounds, &search, &mut counters) {
             Ok(true) => x = preferred,
             Ok(false) => status = Status::NotSettled,

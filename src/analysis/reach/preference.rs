@@ -61,7 +61,7 @@ pub(super) fn form_of(
 }
 
 /// Replaces a rotation vector by the equivalent one with the smaller value of the form.
-pub(super) fn unwind(form: &Form, rotation_vectors: &[usize], x: &mut [f64]) {
+pub(super) fn shortest_equivalent(form: &Form, rotation_vectors: &[usize], x: &mut [f64]) {
     for &first in rotation_vectors {
         let own = first..first + 3;
         let length = norm(&x[own.clone()]);

@@ -66,7 +66,7 @@ impl Ladder {
     /// Use of the last shape of a search in the next one, with this overlap over the thickness there and at most `deepest` on the way.
     /// If nothing touches although surfaces were deep in each other, they may have passed through. Without deep overlaps, a shape
     /// that is not in equilibrium is a start as well.
-    pub(super) fn climb(&mut self, overlap: f64, deepest: f64, has_converged: bool) -> Rung {
+    pub(super) fn next_rung(&mut self, overlap: f64, deepest: f64, has_converged: bool) -> Rung {
         let is_sound = deepest <= DEEP;
         let rung = match (has_converged, overlap > 0.0) {
             (true, true) => Rung::Start,

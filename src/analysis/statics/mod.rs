@@ -77,7 +77,7 @@ pub fn equilibrium(
     if let Start::Descent(q0) | Start::Newton(q0) = &options.start {
         model.check_shape(q0, "q0")?;
     }
-    let found = sought(model, options, monitor)?.map(|found| advised(model, found));
+    let found = search_with_options(model, options, monitor)?.map(|found| advised(model, found));
     Ok(found.map_err(|interrupted| {
         if model.facts().constraints() == 0 {
             return interrupted.unfinished(model, &options.start);
@@ -96,7 +96,7 @@ fn advised(model: &mut dyn Static, mut found: Equilibrium) -> Equilibrium {
     found
 }
 
-fn sought(
+fn search_with_options(
     model: &mut dyn Static,
     options: &Options,
     monitor: Monitor<'_>,
@@ -161,7 +161,7 @@ pub fn continuation(
         };
         let set = Growth::of_inputs(inputs, model.facts().n).set(model, options.load_factor);
         let found = match set {
-            Ok(()) => sought(model, &search, &mut *monitor)?,
+            Ok(()) => search_with_options(model, &search, &mut *monitor)?,
             Err(interrupted) => Err(interrupted.into()),
         };
         let Ok(found) = found else { return Ok(Err(not_begun(model, &options))) };

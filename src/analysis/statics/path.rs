@@ -215,7 +215,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         // already.
         if norm_inf(&linear.normalised.coordinates(&linear.residual)) > tolerance {
             let load_factor = start.load_factor;
-            match self.land_switched(&mut start, load_factor)? {
+            match self.correct_at_target_with_active_set(&mut start, load_factor)? {
                 Some(done) => corrected = done,
                 None => return Ok(None),
             }
@@ -355,7 +355,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                 && (state.load_factor - predicted.load_factor).abs() <= LARGEST_DEVIATION * allowance
         };
         let corrected = match landing {
-            Some(target) => self.land(&mut state, target)?.filter(|_| is_near(&state)),
+            Some(target) => self.correct_at_target(&mut state, target)?.filter(|_| is_near(&state)),
             None => {
                 let tolerance = self.limits.tolerance;
                 let along = correct(self.equations, &mut state, &place.direction.scaled, tolerance)?;
@@ -366,7 +366,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                         let part = (target - place.state.load_factor) / whole.load_factor();
                         state = place.state.clone();
                         state.advance(&whole, part, &self.equations.sizes);
-                        self.land(&mut state, target)?
+                        self.correct_at_target(&mut state, target)?
                     }
                     (along, _) => along,
                 }
@@ -409,7 +409,9 @@ impl<'a, 'b> Follower<'a, 'b> {
             state.advance(&place.direction, step / rate, &self.equations.sizes);
         }
         let target = place.state.load_factor + forward * step;
-        let Some(corrected) = self.land_switched(&mut state, target)? else { return Ok(None) };
+        let Some(corrected) = self.correct_at_target_with_active_set(&mut state, target)? else {
+            return Ok(None);
+        };
         let Some(linear) = self.equations.linearise(&state)? else { return Ok(None) };
         let stiffness = Stiffness::new(&linear);
         let n = state.q.len();
@@ -427,7 +429,11 @@ impl<'a, 'b> Follower<'a, 'b> {
     }
 
     /// Finds the equilibrium near a state at the load factor `target`.
-    fn land(&mut self, state: &mut State, target: f64) -> Result<Option<Corrected>, Interrupted> {
+    fn correct_at_target(
+        &mut self,
+        state: &mut State,
+        target: f64,
+    ) -> Result<Option<Corrected>, Interrupted> {
         state.load_factor = target;
         let mut at_load_factor = vec![0.0; state.q.len() + 1];
         at_load_factor[state.q.len()] = 1.0;
@@ -435,9 +441,13 @@ impl<'a, 'b> Follower<'a, 'b> {
     }
 
     /// The same with the set of active one-sided constraints at `target`.
-    fn land_switched(&mut self, state: &mut State, target: f64) -> Result<Option<Corrected>, Interrupted> {
+    fn correct_at_target_with_active_set(
+        &mut self,
+        state: &mut State,
+        target: f64,
+    ) -> Result<Option<Corrected>, Interrupted> {
         for _ in 0..most_switches(state.forces.len()) {
-            let landed = self.land(state, target)?;
+            let landed = self.correct_at_target(state, target)?;
             if landed.is_none() || !self.equations.switch(state)? {
                 return Ok(landed);
             }

@@ -32,7 +32,7 @@ impl Kernel {
         };
         let base = Quaternion::from_array(robot.links[0].orientation).rotation();
         let base_stays_in = |plane: &Plane| {
-            robot.base_motion.as_ref().is_none_or(|motion| motion.stays_across(base.axis(plane.normal)))
+            robot.base_motion.as_ref().is_none_or(|motion| motion.stays_in_plane(base.axis(plane.normal)))
         };
         [Plane::ABOUT_Y, Plane::ABOUT_Z].into_iter().filter(stays_in).find(base_stays_in)
     }

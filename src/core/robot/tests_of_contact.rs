@@ -126,7 +126,7 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
 
 /// Solids on links, and the surfaces that they touch in that state.
 fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Surface; 2], f64)> {
-    let mut seen_from = |link, at, point: [f64; 3]| {
+    let mut relative_to = |link, at, point: [f64; 3]| {
         let place = bare.place_on(link, at);
         let pose = bare.pose_at(q, &place);
         pose.rotation.apply_transposed(Vector::from(point) - pose.position).to_array()
@@ -161,17 +161,17 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
             "arm on sphere of block",
             [
                 arm(),
-                on_block(Obstacle::Sphere(Sphere { centre: seen_from(2, None, beside_arm), radius: 0.06 })),
+                on_block(Obstacle::Sphere(Sphere { centre: relative_to(2, None, beside_arm), radius: 0.06 })),
             ],
             1e-4,
         ),
-        ("arm on half-space of block", [arm(), on_block(half_space(seen_from(2, None, above)))], 1e-4),
+        ("arm on half-space of block", [arm(), on_block(half_space(relative_to(2, None, above)))], 1e-4),
         (
             "capsule of block on arm",
             [
                 on_block(Obstacle::Capsule(Capsule {
-                    start: seen_from(2, None, start),
-                    end: seen_from(2, None, end),
+                    start: relative_to(2, None, start),
+                    end: relative_to(2, None, end),
                     radius: 0.05,
                 })),
                 arm(),
@@ -181,15 +181,15 @@ fn pairs_with_solids(bare: &mut RobotModel, q: &[f64]) -> Vec<(&'static str, [Su
         (
             "ball on box of leg",
             [
-                Surface::Ball { link: 2, at: None, position: seen_from(2, None, beside_leg), radius: 0.07 },
+                Surface::Ball { link: 2, at: None, position: relative_to(2, None, beside_leg), radius: 0.07 },
                 on_leg(cuboid([0.0; 3])),
             ],
             1e-7,
         ),
-        ("box of leg on ball", [on_leg(cuboid(seen_from(1, Some(0.25), below))), ball], 1e-7),
+        ("box of leg on ball", [on_leg(cuboid(relative_to(1, Some(0.25), below))), ball], 1e-7),
         (
             "box of block on half-space of leg",
-            [on_block(cuboid([0.0; 3])), on_leg(half_space(seen_from(1, Some(0.25), under_block)))],
+            [on_block(cuboid([0.0; 3])), on_leg(half_space(relative_to(1, Some(0.25), under_block)))],
             1e-7,
         ),
         (

@@ -105,7 +105,7 @@ impl Explicit {
                     h_abs *= MISSED;
                     continue;
                 }
-                self.look_for_stiffness(state, h_abs);
+                self.detect_stiffness(state, h_abs);
                 state.accept(t_new, &self.stages[f_new]);
                 std::mem::swap(&mut self.stages, &mut self.accepted_stages);
                 // A step shortened by the horizon must not determine the size of the next step.
@@ -204,7 +204,7 @@ impl Explicit {
     }
 
     /// The last row of `a` and the solution belong to the same time, as the stiffness test requires.
-    fn look_for_stiffness(&mut self, state: &mut State, h_abs: f64) {
+    fn detect_stiffness(&mut self, state: &mut State, h_abs: f64) {
         let n = state.y.len();
         if state.stiff_at.is_some() || !self.stiffness.is_due(state.counters.accepted + 1) {
             return;

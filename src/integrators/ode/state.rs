@@ -75,7 +75,7 @@ impl State {
     }
 
     /// Updates the horizon of the next step.
-    pub(super) fn look_ahead<S: System + ?Sized>(&mut self, system: &S) {
+    pub(super) fn update_horizon<S: System + ?Sized>(&mut self, system: &S) {
         self.horizon = self.t_end;
         if self.direction > 0.0 {
             self.horizon = end_of_step(self.t, self.t_end, system.horizon(self.t));
@@ -102,7 +102,7 @@ impl State {
     }
 
     /// Restores the state before the last step, with the right-hand side there.
-    pub(super) fn take_back(&mut self, f_old: &[f64]) {
+    pub(super) fn undo_step(&mut self, f_old: &[f64]) {
         self.t = self.t_old;
         self.y.copy_from_slice(&self.y_old);
         self.f.copy_from_slice(f_old);

@@ -169,7 +169,7 @@ impl Stepper {
             {
                 radau.restart(state, system)?;
             }
-            state.look_ahead(system);
+            state.update_horizon(system);
             let advance = match &mut self.scheme {
                 Scheme::Explicit(explicit) => explicit.advance(state, system)?,
                 Scheme::Radau(radau) => radau.advance(state, system)?,
@@ -206,11 +206,11 @@ impl Stepper {
     }
 
     /// Undoes the last step of an explicit method.
-    pub(crate) fn take_back(&mut self) {
+    pub(crate) fn undo_step(&mut self) {
         let Scheme::Explicit(explicit) = &self.scheme else {
             unreachable!("implicit motions have a method of second order")
         };
-        self.state.take_back(explicit.rate_before());
+        self.state.undo_step(explicit.rate_before());
         self.status = None;
         self.has_interpolant = false;
     }

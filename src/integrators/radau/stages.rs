@@ -652,7 +652,7 @@ impl Stages {
     }
 
     /// The next step begins where the last one did, so that its stages are interpolated.
-    pub(super) fn take_back(&mut self) {
+    pub(super) fn undo_step(&mut self) {
         self.last_is_taken_back = true;
         self.fitting_is_of_start = false;
     }

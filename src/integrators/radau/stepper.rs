@@ -226,12 +226,12 @@ impl Stepper {
     }
 
     /// Takes back the last step.
-    pub(crate) fn take_back(&mut self) {
+    pub(crate) fn undo_step(&mut self) {
         self.t = self.t_old;
         self.q.copy_from_slice(&self.q_old);
         self.v.copy_from_slice(&self.v_old);
         self.a.copy_from_slice(&self.a_old);
-        self.stages.take_back();
+        self.stages.undo_step();
         self.status = None;
         self.counters.steps -= 1;
         self.counters.rejected += 1;

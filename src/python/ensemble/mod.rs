@@ -168,7 +168,7 @@ pub(crate) fn simulate_many<'py>(
         max_steps,
         predictor,
         reuse_jacobian,
-        needs_damping: first.look(needs_damping),
+        needs_damping: first.inspect(needs_damping),
         returns_steps: false,
     }
     .configuration(n)?;

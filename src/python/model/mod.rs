@@ -64,7 +64,7 @@ impl PyModel {
     }
 
     /// A fact of the model, without a copy.
-    pub(crate) fn look<T>(&self, at: impl FnOnce(&dyn Native) -> T) -> T {
+    pub(crate) fn inspect<T>(&self, at: impl FnOnce(&dyn Native) -> T) -> T {
         at(&*self.memory().model)
     }
 

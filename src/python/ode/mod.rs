@@ -16,7 +16,7 @@ pub(super) use result::{PyDenseOutput, PyOdeResult};
 pub(super) use stepper::{PyDop853, PyOdeSolver, PyRadau, PyRk45};
 
 use super::arguments;
-use super::callback::{wants_to_stop, with_result};
+use super::callback::{requests_stop, with_result};
 use super::convert;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode::{Event, Options, Output, Solution, Stepper, solve};
@@ -225,7 +225,7 @@ fn run_attached(
     let mut monitor = |stepper: &Stepper| {
         raised.catch(py.check_signals())?;
         let Some(callback) = &callback else { return Ok(()) };
-        let stop = raised.catch(wants_to_stop(py, callback.call(py, stepper.t(), stepper.y())))?;
+        let stop = raised.catch(requests_stop(py, callback.call(py, stepper.t(), stepper.y())))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
     solve(system, t_span, y0, options, output, events, &mut monitor)

@@ -130,7 +130,7 @@ impl PySystem {
     }
 
     /// Responds to Ctrl-C if no Python code runs. Not in a monitor, because rejected steps count too.
-    fn look_for_signals(&mut self) -> Result<(), Interrupted> {
+    fn check_signals(&mut self) -> Result<(), Interrupted> {
         if !self.ticker.tick() {
             return Ok(());
         }
@@ -232,7 +232,7 @@ impl System for PySystem {
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {
         if matches!(self.rhs, RightHandSide::Compiled(_) | RightHandSide::Native(..)) {
-            self.look_for_signals()?;
+            self.check_signals()?;
         }
         match &mut self.rhs {
             RightHandSide::Native(system, _) => system.rhs(t, y, dydt),

@@ -190,7 +190,7 @@ impl PySimulation {
             max_steps: None,
             predictor: None,
             reuse_jacobian: None,
-            needs_damping: model.get().look(needs_damping),
+            needs_damping: model.get().inspect(needs_damping),
             returns_steps: false,
         };
         let Configuration::Method(method) = given.configuration(n)? else {

@@ -138,7 +138,7 @@ impl Following {
     }
 
     /// Adds the vibrations that a later state of the motion contains, and what grows from it within this time near an equilibrium.
-    pub(super) fn look<M: Model>(
+    pub(super) fn add_state<M: Model>(
         &mut self,
         model: &mut M,
         t: f64,
@@ -210,18 +210,18 @@ impl Following {
 
     /// Error of all vibrations together for steps of this size, relative to the length. Unresolved vibrations
     /// are lost completely, in every run alike.
-    pub(super) fn lost(&self, integrator: &Integrator, step: f64) -> f64 {
+    pub(super) fn error_of_steps(&self, integrator: &Integrator, step: f64) -> f64 {
         let part = |vibration: &Followed| {
             let of_a_radian = integrator.error_of_a_radian(vibration.frequency, step);
             vibration.reach * (vibration.radians * of_a_radian).min(1.0)
         };
         let of_state = |vibrations: &Vec<Followed>| vibrations.iter().map(part).sum();
         let of_vibrations = self.vibrations.iter().map(of_state).fold(0.0, f64::max);
-        self.growing().map(|growth| growth.lost(integrator, step)).fold(of_vibrations, f64::max)
+        self.growing().map(|growth| growth.error_of_steps(integrator, step)).fold(of_vibrations, f64::max)
     }
 
     /// Error of the tip, relative to the length, if all frequencies have this relative error.
-    pub(super) fn late(&self, relative: f64) -> f64 {
+    pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
         // Within less than a radian, the effect of a wrong frequency is of second order in the angle.
         let part = |vibration: &Followed| {
             let seen = vibration.angle.min(1.0).powi(2);
@@ -229,7 +229,7 @@ impl Following {
         };
         let of_vibrations =
             self.vibrations.iter().map(|vibrations| vibrations.iter().map(part).sum()).fold(0.0, f64::max);
-        self.growing().map(|growth| growth.late(relative)).fold(of_vibrations, f64::max)
+        self.growing().map(|growth| growth.error_of_frequencies(relative)).fold(of_vibrations, f64::max)
     }
 
     /// Highest visible frequency, in rad/s; zero if there is none.
@@ -324,7 +324,7 @@ mod tests {
                     (((1.0 + relative) * angle).cos() - angle.cos()).abs()
                 });
                 let exact = apart.fold(0.0, f64::max);
-                let told = following(frequency, 0.1).late(relative);
+                let told = following(frequency, 0.1).error_of_frequencies(relative);
                 // Up to terms of second order in the relative change, and half the difference after the phase is lost.
                 assert!(
                     told >= 0.1 * exact.min(1.0) / (1.0 + relative),
@@ -337,14 +337,14 @@ mod tests {
     #[test]
     fn what_hardly_turns_is_not_late() {
         // A free body, whose frequencies are rounding.
-        assert!(following(1e-6, FARTHEST).late(0.5) < 1e-11);
+        assert!(following(1e-6, FARTHEST).error_of_frequencies(0.5) < 1e-11);
     }
 
     #[test]
     fn steps_of_a_vibration_have_the_error_that_the_first_run_may_have() {
         let following = following(40.0, 0.1);
         let step = following.longest_step(&super::super::integrator::RADAU, following.loosest);
-        let lost = following.lost(&super::super::integrator::RADAU, step);
+        let lost = following.error_of_steps(&super::super::integrator::RADAU, step);
         assert!((lost / (SHARE * following.wanted) - 1.0).abs() < 1e-9, "{lost}");
     }
 }

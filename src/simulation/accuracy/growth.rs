@@ -76,12 +76,12 @@ impl Growth {
     }
 
     /// Error after steps of this size, relative to the length.
-    pub(super) fn lost(&self, integrator: &Integrator, step: f64) -> f64 {
+    pub(super) fn error_of_steps(&self, integrator: &Integrator, step: f64) -> f64 {
         self.reach * (self.radians * integrator.error_of_a_radian(self.speed, step)).min(1.0)
     }
 
     /// Error if stiffnesses are wrong by so much that frequencies are by this part of them.
-    pub(super) fn late(&self, relative: f64) -> f64 {
+    pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
         self.reach * (self.radians * self.held * relative).min(1.0)
     }
 
@@ -119,7 +119,7 @@ mod tests {
         for integrator in [&RADAU, &DOP853] {
             let step = growth(1.0).longest_step(integrator, wanted, 1.0);
             assert!(step * 5.0 <= LONGEST);
-            assert!(growth(1.0).lost(integrator, step) <= SHARE * wanted * (1.0 + 1e-9));
+            assert!(growth(1.0).error_of_steps(integrator, step) <= SHARE * wanted * (1.0 + 1e-9));
             assert!(growth(1.0).longest_step(integrator, wanted, 0.2) < 0.9 * step);
         }
         assert_eq!(growth(0.2 * wanted).longest_step(&RADAU, wanted, 1.0), f64::INFINITY);

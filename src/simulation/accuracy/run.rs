@@ -154,7 +154,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             let state = [q, v].map(|values| &values[i * n..][..*n]);
             // Until the next look.
             let time = if k < STATES { self.duration() / STATES as f64 } else { 0.0 };
-            self.following.look(&mut model, t[i], [self.duration(), time], state);
+            self.following.add_state(&mut model, t[i], [self.duration(), time], state);
         }
         self.following.longest_step(self.choice.integrator, run.tolerance) * run.steps() >= self.duration()
     }

@@ -52,9 +52,9 @@ pub(super) fn add_error<M: Model + Clone>(
         Ok(None) => return Ok(()),
         Err(why) => return unknown(run, why),
     };
-    let late = plan.following.late(0.5 * finer.estimate.energy);
+    let late = plan.following.error_of_frequencies(0.5 * finer.estimate.energy);
     if let Some(error) = finer.estimate.bound(late).filter(|&error| error <= wanted) {
-        say(run, error, wanted);
+        add_space_error(run, error, wanted);
         return Ok(());
     }
     let Some(mut model) = finer.model(plan.model) else {
@@ -87,12 +87,12 @@ pub(super) fn add_error<M: Model + Clone>(
         }
         tolerance = if tolerance > fit { fit } else { (tolerance / TIGHTENING).max(tightest) };
     };
-    say(run, error, wanted);
+    add_space_error(run, error, wanted);
     Ok(())
 }
 
 /// Adds the space error to a run, with a sentence about it.
-fn say(run: &mut Run, error: f64, wanted: f64) {
+fn add_space_error(run: &mut Run, error: f64, wanted: f64) {
     run.simulation.statistics.space_error = Some(error);
     let verdict = if error <= wanted {
         format!(" The space error is {error:.0e}.")
@@ -123,7 +123,7 @@ pub(super) fn with_nodes<M: Model + Clone>(
     }
     let largest_change = NODES * wanted;
     if let Some([moved, energy]) = by_nodes(plan.model, &mut model, &run.simulation) {
-        let changed = moved + plan.following.late(0.5 * energy);
+        let changed = moved + plan.following.error_of_frequencies(0.5 * energy);
         if changed <= CLEARLY * largest_change || changed >= largest_change / CLEARLY {
             return Ok((changed > largest_change).then_some(model));
         }

@@ -158,15 +158,16 @@ fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain:
     // difference.
     let is_smooth = !plan.model.facts().has_one_sided_forces;
     let share = if is_smooth && gain >= LEAST_GAIN && !grows(&apart) { SAFETY / gain.sqrt() } else { SAFETY };
-    let missed = plan.following.lost(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
+    let missed =
+        plan.following.error_of_steps(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
     let seen = share * largest(&apart) / plan.model.facts().length;
-    (seen + missed + LUCK * run.tolerance).max(drained(plan, run))
+    (seen + missed + LUCK * run.tolerance).max(error_of_energy_drift(plan, run))
 }
 
 /// Tip error that corresponds to a large energy drift of a run, as for a vibration, whose amplitude is
 /// proportional to the square root of its energy. Smaller drifts are ignored: the balance itself has errors
 /// where loads jump. Methods that damp unresolved vibrations lose most of the energy.
-fn drained<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
+fn error_of_energy_drift<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
     let balance = run.simulation.every(ENERGIES).balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());
     let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };

@@ -131,13 +131,14 @@ impl GrowthErrors {
         }
         if t >= self.next && t < self.t_span.1 && !model.facts().is_discretised {
             self.next = t + self.between;
-            self.look(model, state);
+            self.check_state(model, state);
         }
     }
 
     /// Whether the motion of rigid bodies is near a state from which errors of the steps before grow.
-    fn look<M: Model>(&mut self, model: &mut M, State { t, q, v, a }: State<'_>) {
-        let before = self.growths.iter().map(|growth| growth.lost(self.t_span.0)).fold(0.0, f64::max);
+    fn check_state<M: Model>(&mut self, model: &mut M, State { t, q, v, a }: State<'_>) {
+        let before =
+            self.growths.iter().map(|growth| growth.error_of_steps(self.t_span.0)).fold(0.0, f64::max);
         let left = self.t_span.1 - t;
         if before == 0.0 || model.set_time(t).is_err() {
             return;
@@ -156,8 +157,9 @@ impl GrowthErrors {
     /// Reason why a completed run may be wrong.
     pub(super) fn doubt(&self) -> Option<String> {
         let t0 = self.t_span.0;
-        let worst = self.growths.iter().max_by(|a, b| a.lost(t0).total_cmp(&b.lost(t0)))?;
-        let (lost, rate) = (worst.lost(t0), worst.rate.re);
+        let worst =
+            self.growths.iter().max_by(|a, b| a.error_of_steps(t0).total_cmp(&b.error_of_steps(t0)))?;
+        let (lost, rate) = (worst.error_of_steps(t0), worst.rate.re);
         if lost > WORTH_A_WARNING {
             return Some(format!(
                 "About its start the motion grows by a factor of e in {:.1e} s ({rate:.3} per second), and steps of up to {:.1e} s follow that with an \
@@ -206,7 +208,7 @@ impl Growth {
     }
 
     /// Error by steps at that time.
-    fn lost(&self, t0: f64) -> f64 {
+    fn error_of_steps(&self, t0: f64) -> f64 {
         if self.begins <= ROUNDING_OF_STATES {
             0.0
         } else {

@@ -158,10 +158,10 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                     if let Some(growth_errors) = growth_errors {
                         growth_errors.step(model, state);
                     }
-                    watch.look(model, state, steps)
+                    watch.check(model, state, steps)
                 });
-                run.look(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
-                self.look_at_contacts()?;
+                run.check_energy(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
+                self.record_deepest_overlap()?;
                 if !is_finite {
                     return Ok(Status::FirstOrder(ode::Status::NonFinite));
                 }
@@ -179,7 +179,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
     }
 
     /// Records the deepest overlap.
-    fn look_at_contacts(&mut self) -> Result<(), Interrupted> {
+    fn record_deepest_overlap(&mut self) -> Result<(), Interrupted> {
         let Self { run, deepest, .. } = self;
         run.observe(|model, state| {
             if !(model.facts().has_contact && model.may_touch()) {

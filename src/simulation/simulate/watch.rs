@@ -47,7 +47,7 @@ impl Watch {
     }
 
     /// Checks the step that led to this state, the `accepted`-th one.
-    pub(super) fn look<M: Model>(
+    pub(super) fn check<M: Model>(
         &mut self,
         model: &mut M,
         state: State<'_>,
@@ -59,7 +59,7 @@ impl Watch {
                 vibrations.step(state.t, state.a);
                 None
             }
-            Self::Stiffness(watch) => watch.look(model, state, accepted),
+            Self::Stiffness(watch) => watch.check(model, state, accepted),
         }
     }
 
@@ -86,7 +86,7 @@ impl StiffnessWatch {
         Some(Self { limit, t_end, allowed, last: (0, t0), next: FIRST_LOOK })
     }
 
-    fn look<M: Model>(&mut self, model: &mut M, state: State<'_>, accepted: usize) -> Option<Stop> {
+    fn check<M: Model>(&mut self, model: &mut M, state: State<'_>, accepted: usize) -> Option<Stop> {
         let State { t, q, v, .. } = state;
         if accepted < self.next {
             return None;

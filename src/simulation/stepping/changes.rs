@@ -129,7 +129,7 @@ impl Changes {
     }
 
     /// Examines a state of the last step, with the multipliers of the active constraints if they are known. Allocates.
-    pub(super) fn look(
+    pub(super) fn indicator(
         &mut self,
         model: &mut dyn Static,
         t: f64,
@@ -198,9 +198,9 @@ pub(super) fn judge(
     t_end: f64,
     is_fixed: bool,
     planned: Option<(Event, usize)>,
-    look: &mut IndicatorFunction<'_>,
+    indicator: &mut IndicatorFunction<'_>,
 ) -> Result<Verdict, Interrupted> {
-    let (found, end) = search([t_old, t], is_fixed, look)?;
+    let (found, end) = search([t_old, t], is_fixed, indicator)?;
     let (planned, corrections) = planned.map_or((None, 0), |(event, corrections)| (Some(event), corrections));
     let planned = planned.filter(|event| event.t == t);
     let is_planned = |event: Event| planned.is_some_and(|planned| planned.which == event.which);
@@ -235,9 +235,9 @@ pub(super) fn judge(
 fn search(
     [t_old, t]: [f64; 2],
     is_fixed: bool,
-    look: &mut IndicatorFunction<'_>,
+    indicator: &mut IndicatorFunction<'_>,
 ) -> Result<(Option<Event>, ChangeIndicator), Interrupted> {
-    let mut before = look(t_old)?;
+    let mut before = indicator(t_old)?;
     if before.nearest.value > 0.0 {
         let event = before.event();
         return Ok((Some(event), before));
@@ -249,18 +249,18 @@ fn search(
     };
     for k in 1..=looks {
         let time = if k == looks { t } else { t_old + (t - t_old) * (k as f64 / looks as f64) };
-        let mut after = look(time)?;
+        let mut after = indicator(time)?;
         if after.nearest.value <= 0.0
             && let Some(top) = highest(&before, &after)
         {
-            let there = look(top)?;
+            let there = indicator(top)?;
             if there.nearest.value > 0.0 {
                 after = there;
             }
         }
         if after.nearest.value > 0.0 {
-            let at = find_zero(before.nearest, after.nearest, |t| Ok(look(t)?.nearest.value))?;
-            let found = look(at)?;
+            let at = find_zero(before.nearest, after.nearest, |t| Ok(indicator(t)?.nearest.value))?;
+            let found = indicator(at)?;
             let mut event = found.event();
             if !event.is_released {
                 let [by, rate] = found.passed[event.which];
@@ -321,11 +321,11 @@ mod tests {
         times: [f64; 2],
         planned: Option<(Event, usize)>,
     ) -> Verdict {
-        let mut look = |t: f64| {
+        let mut indicator = |t: f64| {
             let passed = vec![excess(t)];
             Ok(ChangeIndicator::new(t, vec![passed[0][0] - ACTIVATION_EXCESS], vec![false], passed, &[1.0]))
         };
-        judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
+        judge(times, 10.0, false, planned, &mut indicator).expect("nothing interrupts it")
     }
 
     #[test]
@@ -357,9 +357,9 @@ mod tests {
     #[test]
     fn steps_end_where_a_taut_tendon_would_push() {
         let judge_taut = |by: f64, times: [f64; 2], planned: Option<(Event, usize)>| {
-            let mut look =
+            let mut indicator =
                 |t: f64| Ok(ChangeIndicator::new(t, vec![t - 2.0], vec![true], vec![[by, 0.0]], &[1.0]));
-            judge(times, 10.0, false, planned, &mut look).expect("nothing interrupts it")
+            judge(times, 10.0, false, planned, &mut indicator).expect("nothing interrupts it")
         };
         assert_eq!(judge_taut(0.0, [0.0, 1.9], None), Verdict::Done);
         let Verdict::EndAt(event) = judge_taut(0.0, [0.0, 3.0], None) else { panic!("it would push") };

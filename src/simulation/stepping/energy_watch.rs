@@ -143,10 +143,14 @@ impl EnergyWatch {
             return Ok(());
         }
         self.left = STRIDE;
-        self.look(model, state)
+        self.record_energy(model, state)
     }
 
-    fn look<M: Model>(&mut self, model: &mut M, State { t, q, v, .. }: State<'_>) -> Result<(), Interrupted> {
+    fn record_energy<M: Model>(
+        &mut self,
+        model: &mut M,
+        State { t, q, v, .. }: State<'_>,
+    ) -> Result<(), Interrupted> {
         if self.varies {
             model.set_time(t)?;
         }
@@ -200,14 +204,14 @@ impl EnergyWatch {
     /// A warning if the energy has changed, the state being the last one.
     pub(super) fn verdict<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
         let mut watch = self.clone();
-        watch.look(model, end).ok()?;
+        watch.record_energy(model, end).ok()?;
         watch.found(model, end)
     }
 
     /// A warning if much of it has gone where rigid shapes meet, though nothing dissipates any, whatever steps have seen of impacts.
     pub(super) fn loss_in_contact<M: Model>(&self, model: &mut M, end: State<'_>) -> Option<String> {
         let mut watch = self.clone();
-        watch.look(model, end).ok()?;
+        watch.record_energy(model, end).ok()?;
         let lost = watch.start - watch.last.last()?;
         let least = (LOSS_IN_CONTACT * watch.largest.kinetic).max(watch.rounding());
         (self.keeps_in_contact && lost > least).then(|| {

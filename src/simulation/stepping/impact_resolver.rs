@@ -338,7 +338,7 @@ impl ContactIntervals {
         if t - behind <= shortest {
             return Ok(false);
         }
-        stepper.take_back();
+        stepper.undo_step();
         *stepper.next_step() = behind - before;
         Ok(true)
     }

@@ -180,13 +180,13 @@ impl<M: Model> Integrator<M> {
     }
 
     /// Takes back the last step; of fixed size also one that could not be made.
-    pub(super) fn take_back(&mut self) {
+    pub(super) fn undo_step(&mut self) {
         match self {
             Self::Newmark { stepper, before, .. } => {
-                stepper.take_back(*before.take().expect("there is a last step"));
+                stepper.undo_step(*before.take().expect("there is a last step"));
             }
-            Self::Radau { stepper, .. } => stepper.take_back(),
-            Self::FirstOrder { stepper, .. } => stepper.take_back(),
+            Self::Radau { stepper, .. } => stepper.undo_step(),
+            Self::FirstOrder { stepper, .. } => stepper.undo_step(),
         }
     }
 

@@ -157,7 +157,7 @@ pub(super) fn search(
         closing::close(model, &mut q);
     }
     let mut search = Search::new(model, q, monitor)?;
-    let ended = search.climb(goal).map(|ended| search.explained(ended));
+    let ended = search.search_with_soft_contacts(goal).map(|ended| search.explained(ended));
     search.problem.model.soften_contact(None);
     match ended {
         Ok(ended) => Ok(search.found(ended)),
@@ -225,7 +225,7 @@ impl Progress {
         Self { radius, escapes, before: far, last: far, best: far, stale: 0, is_settling, is_damped, damping }
     }
 
-    fn look(&mut self, error: f64) {
+    fn record_error(&mut self, error: f64) {
         (self.stale, self.best) =
             if error < 0.5 * self.best { (0, error) } else { (self.stale + 1, self.best) };
         self.is_settling |= error < SETTLING && self.stale > PATIENCE;
@@ -343,7 +343,7 @@ impl<'a> Search<'a> {
     }
 
     /// Searches with soft contacts first, if there are any.
-    fn climb(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
+    fn search_with_soft_contacts(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
         if !self.problem.model.facts().has_contact || self.balance.error < NEAR {
             return self.descend(goal);
         }
@@ -352,7 +352,7 @@ impl<'a> Search<'a> {
         let mut left = goal.max_iter;
         while ladder.soften(&mut *self.problem.model) && left > 0 {
             self.deepest = Some(0.0);
-            self.look_again()?;
+            self.reevaluate()?;
             let before = self.problem.counters.iterations;
             // Half of the iterations are reserved for the next searches.
             let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left.div_ceil(2)), ..goal };
@@ -366,7 +366,7 @@ impl<'a> Search<'a> {
                 Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
                 _ => f64::INFINITY,
             };
-            match ladder.climb(overlap, deepest, ended == Ended::Converged) {
+            match ladder.next_rung(overlap, deepest, ended == Ended::Converged) {
                 Rung::Start => {}
                 Rung::Free => break,
                 Rung::Dropped => self.shape.q.clone_from(&start),
@@ -374,12 +374,12 @@ impl<'a> Search<'a> {
         }
         self.problem.model.soften_contact(None);
         self.deepest = None;
-        self.look_again()?;
+        self.reevaluate()?;
         self.descend(Goal { max_iter: left, ..goal })
     }
 
     /// Evaluates the shape again, after contacts have changed.
-    fn look_again(&mut self) -> Result<(), Interrupted> {
+    fn reevaluate(&mut self) -> Result<(), Interrupted> {
         self.shape = self.problem.shape(std::mem::take(&mut self.shape.q))?;
         self.scale = Scale::new(&mut self.problem, &self.shape.q);
         self.balance = Balance::new(&self.problem, &self.shape, &self.scale);
@@ -402,7 +402,7 @@ impl<'a> Search<'a> {
             if !error.is_finite() {
                 return Ok(Ended::NonFinite);
             }
-            so_far.look(error);
+            so_far.record_error(error);
             let Some(local) = self.local(so_far.is_settling, error) else {
                 let is_finite = self.shape.force.iter().all(|force| force.is_finite());
                 return Ok(if is_finite { Ended::WithoutPotential } else { Ended::NonFinite });

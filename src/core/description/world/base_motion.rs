@@ -140,7 +140,7 @@ impl BaseMotion {
 
     /// Whether the motion certainly keeps the base in the plane perpendicular to `normal`, a unit vector in
     /// the world.
-    pub(crate) fn stays_across(&self, normal: Vector<f64>) -> bool {
+    pub(crate) fn stays_in_plane(&self, normal: Vector<f64>) -> bool {
         let is_across = |v: &[f64; 3]| {
             let v: Vector<f64> = (*v).into();
             v.dot(normal).abs() <= ROUNDING * v.dot(v).sqrt()
@@ -235,7 +235,7 @@ impl Base {
 
     /// Position and velocity, in the frame that follows this base, of a point fixed in the world. `point` is
     /// given relative to the base at rest.
-    pub(crate) fn sees(&self, point: Vector<f64>, at_rest: &Self) -> [Vector<f64>; 2] {
+    pub(crate) fn point_in_frame(&self, point: Vector<f64>, at_rest: &Self) -> [Vector<f64>; 2] {
         let way = at_rest.position - self.position + at_rest.rotation.apply(point);
         [way, -self.velocity].map(|v| self.rotation.apply_transposed(v))
     }

@@ -67,7 +67,7 @@ impl Instructions {
     /// Like [`Self::run`], as a separate call within a running sweep, so that rarely needed code takes no
     /// registers from the loops of all robots.
     #[inline(never)]
-    pub fn run_apart<P: Lanes, S: Sweep>(self, sweep: S) -> S::Output {
+    pub fn run_outlined<P: Lanes, S: Sweep>(self, sweep: S) -> S::Output {
         self.run::<P, S>(sweep)
     }
 }

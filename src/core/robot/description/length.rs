@@ -35,7 +35,7 @@ impl Robot {
     }
 
     /// Distance from the base of its parent to a link, along the parent's rod, in metres.
-    pub(super) fn way_to(&self, link: &Link) -> f64 {
+    pub(super) fn distance_to(&self, link: &Link) -> f64 {
         let along = link.parent.map_or(0.0, |parent| link.at.unwrap_or(self.links[parent].length()));
         along + size(link.position)
     }

@@ -78,7 +78,7 @@ pub(super) fn starts(robot: &Robot) -> Vec<(f64, bool)> {
     let mut starts: Vec<(f64, bool)> = Vec::with_capacity(robot.links.len());
     for link in &robot.links {
         let carrier = link.parent.map(|parent| starts[parent]).filter(|&(_, moves)| moves);
-        let start = carrier.map_or(0.0, |(start, _)| start + robot.way_to(link));
+        let start = carrier.map_or(0.0, |(start, _)| start + robot.distance_to(link));
         starts.push((start, carrier.is_some() || link.coordinates() > 0 || link.driven.is_some()));
     }
     starts

@@ -224,7 +224,7 @@ impl<G: Turning, E: LineWrench<G>> Sweep for ActAlong<'_, G, E> {
 pub(crate) fn act_along<G: Turning>(plan: &Plan<G>, piece: &PiecePlan<G>, work: &mut Workspace<G>) {
     for_every_effect!(Kind => if <Kind as LineWrench<G>>::acts_along(plan, piece) {
         let sweep = ActAlong { plan, piece, work: &mut *work, effect: PhantomData::<Kind> };
-        plan.instructions.run_apart::<G::Pack, _>(sweep);
+        plan.instructions.run_outlined::<G::Pack, _>(sweep);
     });
 }
 
@@ -283,7 +283,7 @@ pub(crate) fn respond_along<G: Turning>(
     for_every_effect!(Kind => if <Kind as LineResponse<G>>::responds_along(piece) {
         let effect = PhantomData::<Kind>;
         let sweep = RespondAlong { plan, piece, work, is_mass_only, sums: &mut *sums, effect };
-        plan.instructions.run_apart::<G::Pack, _>(sweep);
+        plan.instructions.run_outlined::<G::Pack, _>(sweep);
     });
 }
 

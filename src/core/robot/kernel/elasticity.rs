@@ -150,17 +150,18 @@ pub(crate) fn write_roots(stiffness: &Symmetric<f64>, firm: [f64; 3], first: usi
     let rows = stiffness.rows().map(|row| row.to_array());
     let Some((values, axes)) = symmetric_eigen(&Matrix::from_fn(3, 3, |i, j| rows[i][j])) else { return };
     for (k, value) in values.into_iter().enumerate() {
-        let is_firm = value > firm[k];
+        let is_far_from_singular = value > firm[k];
         for i in 0..3 {
-            springs.root[(first + i, first + k)] = if is_firm { axes[(i, k)] * value.sqrt() } else { 0.0 };
+            springs.root[(first + i, first + k)] =
+                if is_far_from_singular { axes[(i, k)] * value.sqrt() } else { 0.0 };
             springs.inverse_root[(first + k, first + i)] =
-                if is_firm { axes[(i, k)] / value.sqrt() } else { 0.0 };
+                if is_far_from_singular { axes[(i, k)] / value.sqrt() } else { 0.0 };
         }
         for i in 0..3 {
             for j in 0..3 {
                 let rest = &mut springs.rest[(first + i, first + j)];
                 *rest = if k == 0 { 0.0 } else { *rest };
-                if !is_firm {
+                if !is_far_from_singular {
                     *rest += axes[(i, k)] * value * axes[(j, k)];
                 }
             }

@@ -38,7 +38,7 @@ pub(crate) fn update<G: Turning>(
     for run in plan.pieces.chunk_by(|a, b| (a.packs == 0) == (b.packs == 0)) {
         if run[0].packs == 0 {
             let sweep = WithoutNodes { plan, run, work: &mut *work, rates: [qd, qdd] };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            plan.instructions.run_outlined::<G::Pack, _>(sweep);
             continue;
         }
         for piece in run {
@@ -55,7 +55,7 @@ pub(crate) fn update<G: Turning>(
                 Moments::General(sections) => {
                     let sections = General(sections);
                     let sweep = SweepOut { frame: plan.frame, piece, sections, work, rates: [qd, qdd] };
-                    plan.instructions.run_apart::<G::Pack, _>(sweep);
+                    plan.instructions.run_outlined::<G::Pack, _>(sweep);
                 }
             }
             effects::act_along(plan, piece, work);

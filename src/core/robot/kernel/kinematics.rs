@@ -50,12 +50,12 @@ pub(crate) fn update<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f
     // The motion in memory belongs to another shape.
     work.motion_is_known = false;
     if !plan.hinges.is_empty() {
-        plan.instructions.run_apart::<G::Pack, _>(HalfAngles { plan, work: &mut *work, q });
+        plan.instructions.run_outlined::<G::Pack, _>(HalfAngles { plan, work: &mut *work, q });
     }
     for run in plan.pieces.chunk_by(|a, b| (a.packs == 0) == (b.packs == 0)) {
         if run[0].packs == 0 {
             let sweep = WithoutNodes { plan, run, work: &mut *work, q };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            plan.instructions.run_outlined::<G::Pack, _>(sweep);
         } else {
             with_nodes(plan, run, work, q);
         }

@@ -147,7 +147,7 @@ pub(crate) fn accelerations<G: Turning>(
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut LoopTangent) {
     if !plan.effects.loops.ties.is_empty() && memory.moved_of != work.kinematics_of {
         memory.moved_of.copy_from_slice(&work.kinematics_of);
-        plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, moved: &mut memory.moved });
+        plan.instructions.run_outlined::<G::Pack, _>(Find { plan, work, moved: &mut memory.moved });
     }
 }
 

@@ -208,12 +208,12 @@ impl<G: Turning> Motion<G> {
                 let position = &work.position[piece.first_pack + pack];
                 for lane in 0..LANES.min(piece.gauss.nodes.len() - LANES * pack) {
                     let position = G::map_vector(position, |x: &G::Pack| x.lane(lane));
-                    self.see(moved.map(|x: &G::Pack| x.lane(lane)), position, s);
+                    self.record_displacement(moved.map(|x: &G::Pack| x.lane(lane)), position, s);
                 }
             }
         }
         self.stations[end] = start + self.by_piece[s];
-        self.see(self.stations[end], work.stations[end].position, s);
+        self.record_displacement(self.stations[end], work.stations[end].position, s);
         for point in piece.points.inside.clone().map(|p| &plan.points[p]) {
             if let Some(station) = point.carries {
                 self.stations[station] = start + point.reach().integral(&rates);
@@ -243,7 +243,7 @@ impl<G: Turning> Motion<G> {
         }
     }
 
-    fn see(&mut self, moved: Twist<G, f64>, position: G::Vector<f64>, s: usize) {
+    fn record_displacement(&mut self, moved: Twist<G, f64>, position: G::Vector<f64>, s: usize) {
         let distance = displacement(moved, position);
         if distance > self.farthest.0 {
             self.farthest = (distance, position, s);

@@ -12,10 +12,10 @@ use crate::robot::turning::Turning;
 /// Moves a rod without base motion to the pose of another base, at rest.
 pub(crate) fn place<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: &Base) {
     work.motion_is_known = false;
-    see(plan, work, base.at_rest());
+    set_base(plan, work, base.at_rest());
 }
 
-fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
+fn set_base<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
     work.surroundings = Surroundings::new(&plan.world, plan.frame, base);
     for (anchor, seen) in work.effects.anchors.iter_mut().zip(surroundings::anchors_in_base(plan, &base)) {
         *anchor = seen;
@@ -43,7 +43,7 @@ pub(crate) fn set<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, t: f64) -
 }
 
 fn move_base<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, base: Base) {
-    see(plan, work, base);
+    set_base(plan, work, base);
     let base = &mut work.stations[0];
     (base.velocity, base.acceleration) = work.surroundings.motion(&plan.world, plan.frame);
 }

@@ -67,7 +67,7 @@ pub(crate) fn generate<G: Turning>(
     let mut columns = carrying.columns.as_mut_slice().chunks_exact_mut(lower);
     for &Carrying { piece, attached } in &plan.carrying {
         let own = plan.pieces[piece].coordinates();
-        let coordinates = memory.seen_from(attached, own.clone());
+        let coordinates = memory.relative_to(attached, own.clone());
         for ((k, coordinate), (row, column)) in own.zip(coordinates).zip(rows.by_ref().zip(columns.by_ref()))
         {
             write_twist(coordinate.shape, row);
@@ -78,7 +78,7 @@ pub(crate) fn generate<G: Turning>(
                 continue;
             }
             write_twist(coordinate.z, z);
-            let shift = plan.has_responses.then(|| memory.shift_seen_from(attached, k));
+            let shift = plan.has_responses.then(|| memory.shift_relative_to(attached, k));
             let linear = shift.map(|shift| [shift.y, shift.displacement]);
             write_rest::<G>([coordinate.y, coordinate.turn], linear, rest);
         }

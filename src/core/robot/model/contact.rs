@@ -302,7 +302,7 @@ impl RobotModel {
         coordinates
             .all(motion, |motion| on_sweeps!(sweeps, sweeps => sweeps.store_stiffnesses(motion, None)));
         for pair in on_sweeps!(&self.sweeps, sweeps => sweeps.between_others(h)) {
-            on_sweeps!(&mut self.sweeps, sweeps => sweeps.press_alone(Some(pair)));
+            on_sweeps!(&mut self.sweeps, sweeps => sweeps.enable_only(Some(pair)));
             let alone = self.forward_dynamics(q, qd, &mut a, &mut scratch);
             let Self { sweeps, coordinates, .. } = self;
             if alone.is_ok() {
@@ -312,7 +312,7 @@ impl RobotModel {
                     |motion| on_sweeps!(sweeps, sweeps => sweeps.store_stiffnesses(motion, Some(pair))),
                 );
             }
-            on_sweeps!(sweeps, sweeps => sweeps.press_alone(None));
+            on_sweeps!(sweeps, sweeps => sweeps.enable_only(None));
         }
         true
     }

@@ -72,7 +72,7 @@ impl<G: Space> Surroundings<G> {
 
 /// Anchors relative to a moving base.
 pub(crate) fn anchors_in_base<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterator<Item = Anchor> {
-    plan.effects.anchors.iter().map(|anchor| anchor.seen_from(base, &plan.world.base))
+    plan.effects.anchors.iter().map(|anchor| anchor.relative_to(base, &plan.world.base))
 }
 
 /// Positions and velocities, relative to a moving base, of the points of the world at which tendons end.
@@ -80,7 +80,7 @@ pub(crate) fn points_in_base<G: Space>(
     plan: &Plan<G>,
     base: &Base,
 ) -> impl Iterator<Item = [Vector<f64>; 2]> {
-    plan.effects.actuation.world_points.iter().map(|&point| base.sees(point, &plan.world.base))
+    plan.effects.actuation.world_points.iter().map(|&point| base.point_in_frame(point, &plan.world.base))
 }
 
 /// Frames of loop ends in the world, and the velocities of their origins, relative to a moving base: two for
@@ -91,7 +91,7 @@ pub(crate) fn ends_in_base<G: Space>(plan: &Plan<G>, base: &Base) -> impl Iterat
             if end.on.is_some() {
                 return WorldEnd::at_rest(end.frame);
             }
-            let [position, velocity] = base.sees(end.frame.position, &plan.world.base);
+            let [position, velocity] = base.point_in_frame(end.frame.position, &plan.world.base);
             let axes = base.sees_axes(end.frame.axes, &plan.world.base);
             WorldEnd { frame: Frame { position, axes }, velocity }
         })

@@ -214,7 +214,7 @@ impl<G: Space> TangentWorkspace<G> {
 
     /// Effects of coordinates on pieces attached at a place; at the end of their piece if `None`.
     #[inline(always)]
-    pub(crate) fn seen_from(
+    pub(crate) fn relative_to(
         &self,
         attached: Option<usize>,
         coordinates: std::ops::Range<usize>,
@@ -230,7 +230,7 @@ impl<G: Space> TangentWorkspace<G> {
 
     /// The additional effect of one coordinate there.
     #[inline(always)]
-    pub(crate) fn shift_seen_from(&self, attached: Option<usize>, k: usize) -> &Shift<G> {
+    pub(crate) fn shift_relative_to(&self, attached: Option<usize>, k: usize) -> &Shift<G> {
         match attached {
             None => &self.shifts[k],
             Some(attached) => &self.attached[attached].shifts[k - self.attached[attached].first],

@@ -76,7 +76,7 @@ impl<G: Turning> Sweeps<G> {
         let pairs = self.plan.effects.contacts.pairs.iter().zip(&mut self.work.effects.contact.stiffest);
         let mut is_softer = false;
         for (p, (pair, stiffest)) in pairs.enumerate() {
-            *stiffest = forces.map_or(f64::INFINITY, |forces| pair.yielding_to(forces[p]));
+            *stiffest = forces.map_or(f64::INFINITY, |forces| pair.stiffness_for_soft_depth(forces[p]));
             is_softer |= *stiffest < pair.law.stiffness;
         }
         is_softer
@@ -182,7 +182,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Leaves forces to this pair of surfaces alone, or enables all again.
-    pub(crate) fn press_alone(&mut self, pair: Option<usize>) {
+    pub(crate) fn enable_only(&mut self, pair: Option<usize>) {
         self.work.motion_is_known = false;
         for (p, stiffest) in self.work.effects.contact.stiffest.iter_mut().enumerate() {
             *stiffest = if pair.is_none_or(|pair| pair == p) { f64::INFINITY } else { 0.0 };
@@ -234,7 +234,7 @@ impl<G: Turning> Sweeps<G> {
         let is_stored =
             self.plan.world.motion.is_none() && is_same_shape(&self.work.effects.contact.cached.of, q);
         if tunnelling::is_possible(&self.plan) && !is_stored {
-            self.see_surfaces(q);
+            self.update_surfaces(q);
             tunnelling::store_surfaces(&mut self.work);
         }
     }
@@ -244,17 +244,17 @@ impl<G: Turning> Sweeps<G> {
         if self.work.effects.contact.is_left || !tunnelling::is_possible(&self.plan) {
             return false;
         }
-        self.see_surfaces(q);
+        self.update_surfaces(q);
         let have_tunnelled = tunnelling::has_tunnelled(&self.plan, &mut self.work, radius);
         tunnelling::store_surfaces(&mut self.work);
         have_tunnelled
     }
 
-    fn see_surfaces(&mut self, q: &[f64]) {
+    fn update_surfaces(&mut self, q: &[f64]) {
         if !is_same_shape(&self.work.kinematics_of, q) {
             self.update_kinematics(q);
         }
-        detection::see(&self.plan, &mut self.work);
+        detection::update_positions(&self.plan, &mut self.work);
     }
 
     /// A contact whose surfaces overlap by more than a radius, and its overlap.

@@ -317,7 +317,7 @@ impl<G: Turning> Sweeps<G> {
         if !self.plan.effects.contacts.pairs.is_empty() {
             // Usually nothing is near, and the shape is sufficient.
             self.update_kinematics(q);
-            detection::see_near(&self.plan, &mut self.work);
+            detection::update_candidates(&self.plan, &mut self.work);
             if !effects::may_dissipate(&self.plan, &self.work) {
                 return power;
             }

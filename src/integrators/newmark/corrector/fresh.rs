@@ -34,7 +34,7 @@ enum LineSearch {
     /// The next increment with the same Jacobian is shorter: its size and how far it moves coordinates.
     Shorter([f64; 2]),
     /// The Jacobian is too old to judge increments here.
-    Blind,
+    JacobianTooOld,
     Fails(Failure),
 }
 
@@ -87,7 +87,7 @@ impl<V: Numbers> Corrector<V> {
                         return Ok(Ok(()));
                     }
                     LineSearch::Shorter(next) => next,
-                    LineSearch::Blind => {
+                    LineSearch::JacobianTooOld => {
                         renew = true;
                         continue;
                     }
@@ -144,8 +144,8 @@ impl<V: Numbers> Corrector<V> {
             let next_size = self.compute_increment();
             let work = dot(&self.residual[..n], &self.direction[..n]);
             let next_moved = self.displacement();
-            if self.is_blind(trial) {
-                return Ok(LineSearch::Blind);
+            if self.misses_open_constraints(trial) {
+                return Ok(LineSearch::JacobianTooOld);
             }
             if next_size > SLOWEST_RATE * size {
                 // Two increments are within tolerance or at the level of rounding.
@@ -165,7 +165,7 @@ impl<V: Numbers> Corrector<V> {
             if !is_fresh {
                 trial.set(&self.start);
                 self.evaluate_residual(system, trial, counters)?;
-                return Ok(LineSearch::Blind);
+                return Ok(LineSearch::JacobianTooOld);
             }
             if !std::mem::replace(is_full, true) {
                 counters.full_newton += 1;

@@ -106,7 +106,7 @@ struct JacobianHistory {
 impl JacobianHistory {
     /// A Jacobian should be replaced when a step costs more with it than the average step so far, including the evaluation of the
     /// Jacobian: a fresh one lowers the average.
-    fn is_beaten_by(&self, cost: f64) -> bool {
+    fn should_be_replaced(&self, cost: f64) -> bool {
         cost * self.steps > self.cost
     }
 }
@@ -357,7 +357,7 @@ impl<V: Numbers> Corrector<V> {
             if !renew {
                 std::mem::swap(&mut self.previous, &mut self.increment);
                 size = self.compute_increment();
-                renew = self.is_blind(trial);
+                renew = self.misses_open_constraints(trial);
             }
             if let Some(last) = last
                 && !renew
@@ -447,7 +447,7 @@ impl<V: Numbers> Corrector<V> {
             _ if needed == 1.0 => false,
             // New contacts in a step make the first rate poor; the next one is that of the Jacobian.
             _ if iteration == 1 && may_touch::<_, V>(system) => false,
-            Some(kept) if !is_fresh => kept.is_beaten_by(cost - 1.0 + needed),
+            Some(kept) if !is_fresh => kept.should_be_replaced(cost - 1.0 + needed),
             _ => needed > self.jacobian_cost + FRESH_ITERATIONS,
         };
         Ok(Judgement::Rate(rate, shall_renew))
@@ -469,7 +469,7 @@ impl<V: Numbers> Corrector<V> {
                 iterations_needed(left_after::<_, V>(system, self.first_size, rate), rate)
             };
             let needed = iterations(self.distance_from_jacobian(trial, h));
-            self.first_size <= NEGLIGIBLE || needed <= iterations(0.0) || !kept.is_beaten_by(needed)
+            self.first_size <= NEGLIGIBLE || needed <= iterations(0.0) || !kept.should_be_replaced(needed)
         })
     }
 
@@ -518,7 +518,7 @@ impl<V: Numbers> Corrector<V> {
 
     /// Whether constraints are open at `trial`, where the residual has been evaluated, whose rows the Jacobian leaves out as dependent, so
     /// that the increment does not close them.
-    fn is_blind(&self, trial: &Trial<V>) -> bool {
+    fn misses_open_constraints(&self, trial: &Trial<V>) -> bool {
         if V::IS_PLAIN || self.gap_sizes.is_empty() {
             return false;
         }

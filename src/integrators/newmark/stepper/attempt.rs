@@ -252,7 +252,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// For quasi-static motion: records a step before the trial that was far faster than its neighbours.
-    fn look_for_snap(&mut self, sizes: &[f64]) {
+    fn detect_snap(&mut self, sizes: &[f64]) {
         let fraction = |(x, size): (&f64, &f64)| if *size > 0.0 { (x / size).abs() } else { x.abs() };
         let speed = self.trial.v.iter().zip(sizes).map(fraction).fold(0.0, f64::max);
         let [before, last] = self.speeds;
@@ -304,7 +304,7 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         if !V::IS_PLAIN && !self.scheme.has_inertia() {
             let n = self.q.len();
             self.trial.a[..n].fill(0.0);
-            self.look_for_snap(&system.facts().typical_coordinates);
+            self.detect_snap(&system.facts().typical_coordinates);
             let is_stable = self.is_stable(system)?;
             self.unilateral.record_stability(self.trial.t, is_stable);
         }

@@ -121,7 +121,7 @@ impl Stepper {
     }
 
     /// Restores the state `before` the last step, which may have failed, for systems with constraints.
-    pub(crate) fn take_back(&mut self, before: Self) {
+    pub(crate) fn undo_step(&mut self, before: Self) {
         let (Kind::Any(stepper), Kind::Any(before)) = (&mut self.0, before.0) else {
             unreachable!("plain steps have no constraints")
         };

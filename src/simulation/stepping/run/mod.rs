@@ -306,7 +306,7 @@ impl<M: Model> Run<M> {
     }
 
     /// Why the motion is wrong, if a vibration has grown that was within the limit of stability at the start.
-    fn grown_late(&mut self) -> Option<String> {
+    fn late_instability(&mut self) -> Option<String> {
         let (growth, steps) = (self.growing()?, self.steps());
         self.observe(|_, state| growth.stop(state, steps)).map(|stop| stop.message)
     }
@@ -347,7 +347,7 @@ impl<M: Model> Run<M> {
     }
 
     /// Examines the energy after a step; `supplied` is an upper bound of the energy supplied by loads.
-    pub(crate) fn look(&mut self, supplied: f64) -> Result<(), Interrupted> {
+    pub(crate) fn check_energy(&mut self, supplied: f64) -> Result<(), Interrupted> {
         let Self { integrator, energy: Some(energy), .. } = self else { return Ok(()) };
         integrator.observe(|model, state| energy.step(model, state, supplied))
     }
@@ -377,7 +377,7 @@ impl<M: Model> Run<M> {
             measured?;
         }
         if has_stepped {
-            self.look(supplied)?;
+            self.check_energy(supplied)?;
         }
         Ok(status)
     }
@@ -536,7 +536,7 @@ impl<M: Model> Run<M> {
             let of_energy = energy.as_ref().and_then(|energy| energy.verdict(model, state));
             of_energy.or_else(|| prescribed_watch.as_ref()?.verdict(model, state))
         });
-        let of_growth = self.grown_late();
+        let of_growth = self.late_instability();
         let Self { changes, .. } = self;
         let remedy = match (self.resolves_impacts, self.may_resolve_impacts) {
             (true, _) if self.impact_resolver.is_exhausted() => Remedy::Bounded,
@@ -553,7 +553,7 @@ impl<M: Model> Run<M> {
         let Self { integrator, .. } = self;
         let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
         let known = known.or_else(|| self.impact_resolver.doubt());
-        let of_sticking = self.sticks_too_little();
+        let of_sticking = self.static_friction_doubt();
         let Self { integrator, energy, .. } = self;
         let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
         known.or_else(|| integrator.observe(of_losses)).or(of_sticking)
@@ -561,7 +561,7 @@ impl<M: Model> Run<M> {
 
     /// Why bodies that static friction should hold may slide: in a step of fixed size from rest, where friction is still zero, they gain a
     /// velocity at which friction has begun to fall.
-    fn sticks_too_little(&mut self) -> Option<String> {
+    fn static_friction_doubt(&mut self) -> Option<String> {
         self.integrator.fixed_scheme()?;
         let (dt, time) = (self.dt, self.integrator.model().facts().sticking_time);
         let longest = STICKING * time;

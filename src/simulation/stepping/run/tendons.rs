@@ -51,35 +51,35 @@ impl<M: Model> Run<M> {
                     integrator.interpolate(&[t], [q, v, a])?;
                 }
                 let known = integrator.multipliers(t);
-                changes.look(integrator.model(), t, [q, v], known)
+                changes.indicator(integrator.model(), t, [q, v], known)
             })?;
             match verdict {
                 Verdict::Done | Verdict::Change(_) if has_pushed(integrator, changes) => {
-                    integrator.take_back();
+                    integrator.undo_step();
                     changes.jumps = true;
                     return self.step_over_jump();
                 }
                 Verdict::Done => {}
                 Verdict::Change(without) => changes.due = Some(without),
                 Verdict::ChangeAtStart(without) => {
-                    integrator.take_back();
+                    integrator.undo_step();
                     return self.change(without);
                 }
                 // No step of fixed size is that short.
                 Verdict::EndAt(event)
                     if is_fixed && event.t - times[0] <= rounding_of_times(self.dt, event.t) =>
                 {
-                    integrator.take_back();
+                    integrator.undo_step();
                     return self.change(event.is_released.then_some(event.which));
                 }
                 Verdict::EndAt(event) => {
-                    integrator.take_back();
+                    integrator.undo_step();
                     integrator.end_at(event.t);
                     (planned, corrections) = (Some(event), corrections + 1);
                     continue;
                 }
                 Verdict::Astray(by) => {
-                    integrator.take_back();
+                    integrator.undo_step();
                     let middle = 0.5 * (times[0] + times[1]);
                     if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
                         return Ok(self.active_set_failure(ActiveSetFailure::Violated(by)));
@@ -181,12 +181,12 @@ impl<M: Model> Run<M> {
             let is_taken_up =
                 search.active().iter().zip(&start).any(|(is_active, was_active)| *is_active && !was_active);
             if lengths == Lengths::Jump && (is_taken_up || !has_next) {
-                self.integrator.take_back();
+                self.integrator.undo_step();
                 (search, lengths) = (Search::new(&start), Lengths::TakenUp);
                 continue;
             }
             if has_next {
-                self.integrator.take_back();
+                self.integrator.undo_step();
                 continue;
             }
             let Some((misfit, best)) = search.best().cloned() else {
@@ -194,7 +194,7 @@ impl<M: Model> Run<M> {
                 return Ok(status);
             };
             if misfit.excess > ASTRAY {
-                self.integrator.take_back();
+                self.integrator.undo_step();
                 set_taut_tendons(self.integrator.model(), &start);
                 return Ok(Some(self.stop.insert(Stop::at_conflict(self.integrator.t())).status));
             }
@@ -202,7 +202,7 @@ impl<M: Model> Run<M> {
             if best == active {
                 break status;
             }
-            self.integrator.take_back();
+            self.integrator.undo_step();
             break self.step_with(&start, &best, lengths)?.0;
         };
         if let Some(changes) = &mut self.changes {

@@ -56,7 +56,7 @@ impl<'a> Model<'a> {
         product
     }
 
-    fn promise(&self, step: Vec<f64>) -> Step {
+    fn with_predicted_reduction(&self, step: Vec<f64>) -> Step {
         let promised = -dot(&self.gradient, &step) - 0.5 * dot(&step, &self.product(&step));
         Step { x: step, promised }
     }
@@ -85,7 +85,7 @@ impl<'a> Model<'a> {
         let free: Vec<usize> = (0..x.len()).filter(is_free).collect();
         let mut best = Step { x: vec![0.0; x.len()], promised: 0.0 };
         let mut keep = |step: Vec<f64>| {
-            let step = self.promise(step);
+            let step = self.with_predicted_reduction(step);
             if step.promised > best.promised {
                 best = step;
             }

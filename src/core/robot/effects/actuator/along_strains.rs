@@ -40,7 +40,9 @@ pub(crate) fn add<G: Turning>(
                 for (i, &x) in piece.gauss.nodes.iter().enumerate() {
                     let node = LANES * piece.first_pack + i;
                     let density = match (actuator, guide) {
-                        (Actuator::Chamber(chamber), _) => part.swells(x).map(|slope| chamber.area * slope),
+                        (Actuator::Chamber(chamber), _) => {
+                            part.volume_rates(x).map(|slope| chamber.area * slope)
+                        }
                         (_, Some(guide)) => {
                             let ratio = ratio_at(plan, work, guide, &part, x);
                             part.lengthens(x, &strains[node]).map(|slope| ratio * slope)
@@ -114,7 +116,7 @@ impl Embedded<'_> {
     }
 
     /// Change of a chamber's volume per length of the rod and area, by each strain.
-    fn swells(&self, x: f64) -> [f64; STRAINS] {
+    fn volume_rates(&self, x: f64) -> [f64; STRAINS] {
         let [offset, _] = compile::offset(self, x);
         std::array::from_fn(|strain| compile::direction(strain, offset).x)
     }

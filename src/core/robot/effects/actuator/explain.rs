@@ -114,7 +114,7 @@ fn of_tendon(robot: &Robot, tendon: &Tendon, of_actuator: &OfActuator) -> Vec<Pa
     vec![
         first(force),
         part("along rods", nodes > 0, || {
-            format!("{}, {}: from strains only, without poses", ways(robot, &along), counted(nodes, "node"))
+            format!("{}, {}: from strains only, without poses", paths(robot, &along), counted(nodes, "node"))
         }),
         part("straight parts", lines > 0, || format!("{lines}: from poses; dead loads on both ends")),
         part("friction", tendon.friction > 0.0, || {
@@ -133,8 +133,8 @@ fn of_tendon(robot: &Robot, tendon: &Tendon, of_actuator: &OfActuator) -> Vec<Pa
 
 fn of_chamber(robot: &Robot, chamber: &Chamber) -> Vec<Part> {
     let along: Vec<&Along> = chamber.path.iter().collect();
-    let ways = ways(robot, &along);
-    vec![first(format!("{ways}: its volume is linear, its forces are constant")), absent("tangent")]
+    let paths = paths(robot, &along);
+    vec![first(format!("{paths}: its volume is linear, its forces are constant")), absent("tangent")]
 }
 
 fn of_motor(robot: &Robot, motor: &Motor) -> Vec<Part> {
@@ -163,7 +163,7 @@ fn of_active_strain(robot: &Robot, active: &ActiveStrain) -> Vec<Part> {
 }
 
 /// Paths along rods: `finger from 0 m to 0.1 m`.
-fn ways(robot: &Robot, parts: &[&Along]) -> String {
+fn paths(robot: &Robot, parts: &[&Along]) -> String {
     let way = |along: &&Along| {
         let link = &robot.links[along.link];
         let name = if robot.is_rod() { "the rod" } else { &link.name };

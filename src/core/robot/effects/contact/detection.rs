@@ -15,32 +15,32 @@ use crate::robot::turning::Turning;
 /// Finds all contact points of a state whose motion is up to date.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
-    plan.instructions.run_apart::<G::Pack, _>(Find { plan, work, state: &mut state });
+    plan.instructions.run_outlined::<G::Pack, _>(Find { plan, work, state: &mut state });
     work.effects.contact = state;
 }
 
 /// Computes the positions of samples of curves, balls, bodies and solids in a shape, without contact points.
-pub(crate) fn see<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+pub(crate) fn update_positions<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
-    look(plan, work, &mut state);
+    compute_positions(plan, work, &mut state);
     work.effects.contact = state;
 }
 
 /// The same, and which curves may touch anything.
-pub(crate) fn see_near<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+pub(crate) fn update_candidates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
     if !are_all_far(plan, work, &mut state) {
-        look_around(plan, work, &mut state);
+        detect(plan, work, &mut state);
     }
     work.effects.contact = state;
 }
 
 /// Computes the positions of all surfaces, and which curves may touch anything.
 #[inline(always)]
-fn look_around<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    look(plan, work, state);
+fn detect<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+    compute_positions(plan, work, state);
     find_near(plan, work, state);
-    mark_near(plan, work, state);
+    mark_candidates(plan, work, state);
 }
 
 struct Find<'a, G: Turning> {
@@ -59,7 +59,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
         if are_all_far(plan, work, state) {
             return;
         }
-        look_around(plan, work, state);
+        detect(plan, work, state);
         expand(plan, work, state);
         let ContactState {
             terms,
@@ -163,7 +163,7 @@ fn around_ends<G: Turning>(
 
 /// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.
 #[inline(always)]
-fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+fn compute_positions<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     state.is_seen.fill(false);
     for (curve, bound) in plan.effects.contacts.curves.iter().zip(&mut state.bounds) {
         let piece = &plan.pieces[curve.piece];
@@ -225,7 +225,7 @@ fn pose_of<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, point: Option<usize>
     }
     let (base, at_rest) = (&work.surroundings.base, &plan.world.base);
     let seen = |axis| base.rotation.apply_transposed(at_rest.rotation.axis(axis));
-    let [position, _] = base.sees(Vector::zero(), at_rest);
+    let [position, _] = base.point_in_frame(Vector::zero(), at_rest);
     Pose { rotation: Rotation { x: seen(0), y: seen(1), z: seen(2) }, position }
 }
 
@@ -236,7 +236,7 @@ fn in_lane<G: Turning>(frame: G::Frame, vectors: &G::Vector<G::Pack>, lane: usiz
 }
 
 /// Computes the slopes of a curve at its samples, and the bounding volumes of its parts, once per state.
-pub(super) fn look_closely<G: Turning>(
+pub(super) fn compute_slopes_and_bounds<G: Turning>(
     plan: &Plan<G>,
     slopes: &[G::Vector<G::Pack>],
     state: &mut ContactState<G::Pack>,
@@ -282,8 +282,8 @@ fn find_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
             let mut kept = first;
             for i in first..near.len() {
                 let [c, o] = near[i];
-                look_closely(plan, &work.slope, state, c);
-                look_closely(plan, &work.slope, state, o);
+                compute_slopes_and_bounds(plan, &work.slope, state, c);
+                compute_slopes_and_bounds(plan, &work.slope, state, o);
                 let is_near = state.chords[c].may_overlap(&state.chords[o])
                     && (pair.neighbourhood == 0.0 || parts_are_near(plan, state, [c, o], pair.neighbourhood));
                 if is_near {
@@ -331,7 +331,7 @@ fn parts_are_near<G: Turning>(
 }
 
 /// Marks the curves that may touch anything.
-fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
+fn mark_candidates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
     let ContactState { bounds, is_near, near, centres, poses, .. } = state;
     is_near.fill(false);
     for &[c, o] in &*near {
@@ -357,7 +357,7 @@ fn mark_near<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Contac
     state.is_rigid_near = plan.effects.contacts.pairs.iter().any(|pair| is_rigid_near(plan, state, pair));
     for c in 0..state.is_near.len() {
         if state.is_near[c] {
-            look_closely(plan, &work.slope, state, c);
+            compute_slopes_and_bounds(plan, &work.slope, state, c);
         }
     }
 }

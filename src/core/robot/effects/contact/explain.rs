@@ -61,9 +61,9 @@ fn surface(robot: &Robot, surface: &Surface) -> String {
         Surface::Rod { link } => format!("the rod of {}", robot.links[*link].name),
         Surface::Ball { link, radius, .. } => format!("a ball of {radius} m on {}", robot.links[*link].name),
         Surface::Solid { link, shape, .. } => {
-            format!("{} on {}", shape.shape().said(), robot.links[*link].name)
+            format!("{} on {}", shape.shape().label(), robot.links[*link].name)
         }
-        Surface::Obstacle(shape) => shape.shape().said(),
+        Surface::Obstacle(shape) => shape.shape().label(),
     }
 }
 

@@ -173,7 +173,7 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         memory.effects.contact.is_known.fill(false);
         for touch in 0..work.effects.contact.touches.len() {
             let sweep = Stiffen { plan, work, memory: &mut memory.effects.contact, weights, matrix, touch };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            plan.instructions.run_outlined::<G::Pack, _>(sweep);
         }
     }
 

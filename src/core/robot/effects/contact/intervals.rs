@@ -31,7 +31,7 @@ impl Intervals {
     }
 
     /// Removes the last interval if there is no room for more, and returns its start.
-    fn reopen(&mut self) -> Option<f64> {
+    fn pop_last(&mut self) -> Option<f64> {
         if self.number < MOST_INTERVALS {
             return None;
         }
@@ -222,7 +222,7 @@ impl Search {
     fn change(&mut self, x: f64) {
         match self.begin.take() {
             Some(begin) => self.found.push([begin, x]),
-            None => self.begin = Some(self.found.reopen().unwrap_or(x)),
+            None => self.begin = Some(self.found.pop_last().unwrap_or(x)),
         }
     }
 }

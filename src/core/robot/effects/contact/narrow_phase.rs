@@ -208,7 +208,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                         axis: Vector::zero(),
                         share: None,
                     };
-                    self.press(p, &first, &nearest, found);
+                    self.add_contact_point(p, &first, &nearest, found);
                 }
             }
             Side::Rod(curves) => {
@@ -242,26 +242,31 @@ impl<'a, G: Turning> Scene<'a, G> {
     ) {
         let corners = &self.corners[body.first_corner..][..body.corners.len()];
         let Body { radius, thickness, .. } = *body;
-        let mut press = |centre, distance, rolling| {
+        let mut add_contact_point = |centre, distance, rolling| {
             let side_place = SidePlace::of(body.on);
             let axis = Vector::zero();
             let share = None;
             let first =
                 FirstPlace { on: side_place, centre, radius, thickness, rolling, weight: 1.0, axis, share };
             let is_carried = matches!(on, SidePlace::On(_));
-            self.press(p, &first, &Nearest { distance, on, centre: None, radius: 0.0, is_carried }, found);
+            self.add_contact_point(
+                p,
+                &first,
+                &Nearest { distance, on, centre: None, radius: 0.0, is_carried },
+                found,
+            );
         };
         if solid.distance(corners[0]).value > radius + body.size {
             return;
         }
         for &corner in corners {
-            press(corner, solid.distance(corner), None);
+            add_contact_point(corner, solid.distance(corner), None);
         }
         for &ends in &body.edges {
             if let Some(edge::Nearest { place, distance, rolling }) =
                 edge::nearest(solid, ends.map(|end| corners[end]), radius)
             {
-                press(place, distance, rolling);
+                add_contact_point(place, distance, rolling);
             }
         }
     }
@@ -506,14 +511,14 @@ impl<'a, G: Turning> Scene<'a, G> {
                 let rolling = Some(rolling);
                 let first =
                     FirstPlace { on, centre: place, radius: 0.0, thickness, rolling, weight, axis, share };
-                self.press(p, &first, &Nearest { distance, ..nearest }, found);
+                self.add_contact_point(p, &first, &Nearest { distance, ..nearest }, found);
                 continue;
             }
             if let Some(nearest) = self.nearest(other, centre, Some(arc)) {
                 let radius = part.radius(x);
                 let first =
                     FirstPlace { on, centre, radius, thickness: radius, rolling: None, weight, axis, share };
-                self.press(p, &first, &nearest, found);
+                self.add_contact_point(p, &first, &nearest, found);
             }
         }
     }
@@ -715,7 +720,13 @@ impl<'a, G: Turning> Scene<'a, G> {
     }
 
     /// Adds a contact point if the surfaces overlap; the weights of its first side are in the memory of the next contact point.
-    fn press(&self, p: usize, first: &FirstPlace, nearest: &Nearest, found: &mut Found<'_, G::Pack>) {
+    fn add_contact_point(
+        &self,
+        p: usize,
+        first: &FirstPlace,
+        nearest: &Nearest,
+        found: &mut Found<'_, G::Pack>,
+    ) {
         let pair = &self.plan.effects.contacts.pairs[p];
         let &FirstPlace { on, centre, radius, thickness, rolling, weight, axis, share } = first;
         let overlap = radius - nearest.distance.value;

@@ -74,7 +74,7 @@ pub(crate) struct Curve<P> {
 
 impl Pair {
     /// The stiffness at which a force presses the surfaces into each other by their soft depth.
-    pub(crate) fn yielding_to(&self, force: f64) -> f64 {
+    pub(crate) fn stiffness_for_soft_depth(&self, force: f64) -> f64 {
         force / self.soft_depth.powi(self.power)
     }
 }

@@ -129,7 +129,7 @@ impl<G: Turning> CoordinateForce<G> for ClosedLoops {
         for i in 0..plan.effects.loops.ties.len() {
             let sweep =
                 Stiffen { plan, work, memory: &mut memory.effects.loops, weight: weights.q, matrix, tie: i };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            plan.instructions.run_outlined::<G::Pack, _>(sweep);
         }
     }
 

@@ -204,7 +204,7 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
             return;
         }
         let (n, memory) = (plan.n, &mut memory.effects.magnets);
-        look(plan, work, memory);
+        evaluate_dipoles(plan, work, memory);
         for k in 0..n {
             answer(plan, memory, k, weights.q);
             let column = &mut matrix.as_mut_slice()[k * n..][..n];
@@ -222,7 +222,7 @@ impl<G: Turning> CoordinateForce<G> for Magnets {
 }
 
 /// Computes the dipoles in a shape, the wrenches on them, and their motion with the coordinates.
-fn look<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTangent) {
+fn evaluate_dipoles<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, memory: &mut MagnetTangent) {
     let MagnetTangent { dipoles, wrenches: acting, moved, .. } = memory;
     moved.fill([Vector::zero(); 2]);
     acting.fill([Vector::zero(); 2]);

@@ -61,9 +61,9 @@ impl Anchor {
     }
 
     /// An anchor given in the frame of the base at rest, relative to the current base.
-    pub(crate) fn seen_from(&self, base: &Base, at_rest: &Base) -> Self {
+    pub(crate) fn relative_to(&self, base: &Base, at_rest: &Base) -> Self {
         let turned = |v: Vector<f64>| base.rotation.apply_transposed(at_rest.rotation.apply(v));
-        let [position, velocity] = base.sees(self.position, at_rest);
+        let [position, velocity] = base.point_in_frame(self.position, at_rest);
         let Rotation { x, y, z } = self.axes;
         let axes = Rotation { x: turned(x), y: turned(y), z: turned(z) };
         Self { velocity, ..Self::new(position, axes, self.turning, self.along_axes) }

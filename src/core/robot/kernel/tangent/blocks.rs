@@ -86,7 +86,7 @@ pub(super) fn others<G: Turning>(
             let mut entries = tangent.column_mut(k);
             let entries = entries.as_mut_slice();
             for Relatives { coordinates, attached } in &joined.ancestors {
-                let rows = memory.seen_from(*attached, coordinates.clone());
+                let rows = memory.relative_to(*attached, coordinates.clone());
                 for (entry, row) in entries[coordinates.clone()].iter_mut().zip(rows) {
                     *entry = row.shape.dot(column.before);
                 }
@@ -98,7 +98,7 @@ pub(super) fn others<G: Turning>(
                 continue;
             }
             for Relatives { coordinates, attached } in &joined.descendants {
-                let column = &memory.seen_from(*attached, k..k + 1)[0];
+                let column = &memory.relative_to(*attached, k..k + 1)[0];
                 let rows = &memory.coordinates[coordinates.clone()];
                 for (entry, row) in entries[coordinates.clone()].iter_mut().zip(rows) {
                     *entry =
@@ -107,7 +107,7 @@ pub(super) fn others<G: Turning>(
             }
             if plan.has_responses {
                 for Relatives { coordinates, attached } in &joined.descendants {
-                    let column = memory.shift_seen_from(*attached, k);
+                    let column = memory.shift_relative_to(*attached, k);
                     let rows = &memory.shifts[coordinates.clone()];
                     for (entry, row) in entries[coordinates.clone()].iter_mut().zip(rows) {
                         *entry += column.y.dot(row.row_y) + column.displacement.dot(row.row_displacement);

@@ -40,7 +40,7 @@ impl<G: Turning> Scope<'_, G> {
         if self.has_responses {
             let responses = &memory.response[..packs];
             let sweep = responses::ColumnOfMass { responses, w_a: weights.a, psi, source, total };
-            total = plan.instructions.run_apart::<G::Pack, _>(sweep);
+            total = plan.instructions.run_outlined::<G::Pack, _>(sweep);
         }
         let mut coordinate = self.coordinate_of_mass(rest, shape);
         coordinate.before = coordinate.end + total.sum();
@@ -118,7 +118,7 @@ impl<G: Turning> Scope<'_, G> {
             let responses = &memory.response[..packs];
             let psi: [&[_]; 3] = [psi, psi_rate, psi_acceleration];
             let sweep = responses::Column { responses, weights, psi, source, total };
-            total = plan.instructions.run_apart::<G::Pack, _>(sweep);
+            total = plan.instructions.run_outlined::<G::Pack, _>(sweep);
         }
 
         let mut coordinate = self.coordinate(memory, rest, k, [shape, rate, acceleration]);

@@ -86,7 +86,7 @@ pub(crate) fn weighted_tangent<G: Turning>(
             let block = tangent.block(s, piece).0;
             let sweep =
                 hinge::WithoutNodes { scope: &scope, memory: &mut *memory, rest: &rest, is_carried, block };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            plan.instructions.run_outlined::<G::Pack, _>(sweep);
             memory.carry(plan, piece, &rest);
             continue;
         }
@@ -175,7 +175,7 @@ impl<G: Turning> Scope<'_, G> {
             Moments::General(sections) => {
                 let sections = General(sections);
                 let sweep = SectionsInMotion { scope: self, sections, inertias, gyroscopes };
-                plan.instructions.run_apart::<G::Pack, _>(sweep);
+                plan.instructions.run_outlined::<G::Pack, _>(sweep);
             }
         }
         if self.has_dead {
@@ -233,7 +233,8 @@ impl<G: Turning> Scope<'_, G> {
         }
         if self.has_responses {
             let responses = &memory.response[..piece.packs];
-            plan.instructions.run_apart::<G::Pack, _>(responses::Sum { responses, sum: &mut rest.response });
+            plan.instructions
+                .run_outlined::<G::Pack, _>(responses::Sum { responses, sum: &mut rest.response });
         }
         points::add_to_rest(plan, work, piece.points.inside.clone(), weights, rest);
         points::add_carried(plan, piece, &memory.carried, rest);

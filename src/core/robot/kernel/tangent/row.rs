@@ -38,7 +38,7 @@ impl<G: Turning> Scope<'_, G> {
             row.answer(&rest.response, shape);
             if self.has_responses {
                 let responses = &memory.response[..piece.packs];
-                plan.instructions.run_apart::<G::Pack, _>(responses::AddRow { responses, psi, row });
+                plan.instructions.run_outlined::<G::Pack, _>(responses::AddRow { responses, psi, row });
             }
         }
         if plan.has_dead_loads {

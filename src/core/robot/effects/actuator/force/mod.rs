@@ -388,7 +388,7 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
     fn prepare(plan: &Plan<G>, work: &mut Workspace<G>, q: &[f64], qd: &[f64]) {
         if !plan.effects.actuation.actuators.is_empty() {
             let state = &mut work.effects.actuation;
-            plan.instructions.run_apart::<G::Pack, _>(Measure { plan, state, q, qd });
+            plan.instructions.run_outlined::<G::Pack, _>(Measure { plan, state, q, qd });
             line::measure(plan, work, q);
             let (state, multipliers) = (&mut work.effects.actuation, &work.effects.loops.multipliers);
             for (i, actuator) in plan.effects.actuation.actuators.iter().enumerate() {
@@ -429,7 +429,7 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
             let (state, memory) = (&work.effects.actuation, &mut memory.effects.actuation);
             let (q, qd) = (&work.motion_of[..plan.n], &work.motion_of[plan.n..2 * plan.n]);
             let sweep = Stiffen { plan, state, memory, q, qd, weights, tangent };
-            plan.instructions.run_apart::<G::Pack, _>(sweep);
+            plan.instructions.run_outlined::<G::Pack, _>(sweep);
         }
     }
 

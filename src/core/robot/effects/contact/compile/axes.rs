@@ -22,7 +22,7 @@ impl Axes {
     pub(super) fn in_world<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, root: &Link) -> Self {
         let on = plan.world.motion.is_some().then(|| fixture(contacts, plan, None));
         let rotation = Quaternion::from_array(root.orientation).rotation();
-        Self { on, frame: Frame::seen_from(rotation, Vector::from(root.position)) }
+        Self { on, frame: Frame::relative_to(rotation, Vector::from(root.position)) }
     }
 
     /// Axes of the point that carries surface number `surface` among those on links.

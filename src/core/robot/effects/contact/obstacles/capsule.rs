@@ -31,7 +31,7 @@ impl Capsule {
 }
 
 impl Shape for Capsule {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         format!("a capsule of {} m", self.radius)
     }
 

@@ -42,7 +42,7 @@ impl ConvexMesh {
 }
 
 impl Shape for ConvexMesh {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         format!("a convex mesh of {} points", self.points.len())
     }
 

@@ -56,7 +56,7 @@ fn edges() -> Vec<[usize; 2]> {
 }
 
 impl Shape for Cuboid {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         "a box".to_owned()
     }
 

@@ -18,7 +18,7 @@ impl Frame {
     }
 
     /// The frame of a shape that is computed in axes with this pose.
-    pub(crate) fn seen_from(rotation: Rotation<f64>, position: Vector<f64>) -> Self {
+    pub(crate) fn relative_to(rotation: Rotation<f64>, position: Vector<f64>) -> Self {
         Self { rotation, position, is_inverse: true }
     }
 

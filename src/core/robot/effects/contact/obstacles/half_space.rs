@@ -27,7 +27,7 @@ impl HalfSpace {
 }
 
 impl Shape for HalfSpace {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         "a half space".to_owned()
     }
 

@@ -47,7 +47,7 @@ impl HeightField {
 }
 
 impl Shape for HeightField {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         let [rows, columns] = self.heights.shape;
         format!("a height field of {rows} x {columns}")
     }

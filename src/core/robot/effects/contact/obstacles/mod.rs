@@ -21,7 +21,7 @@ use crate::robot::effects::contact::shapes::obstacle::Solid;
 /// A shape, as contacts use it.
 pub(crate) trait Shape {
     /// Its name in explanations.
-    fn said(&self) -> String;
+    fn label(&self) -> String;
 
     /// Whether it is symmetric about the plane at this height across an axis, and exerts forces only within that plane.
     fn lies_across(&self, axis: usize, height: f64) -> bool;

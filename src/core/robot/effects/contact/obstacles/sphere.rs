@@ -23,7 +23,7 @@ impl Sphere {
 }
 
 impl Shape for Sphere {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         format!("a sphere of {} m", self.radius)
     }
 

@@ -49,7 +49,7 @@ impl Tube {
 }
 
 impl Shape for Tube {
-    fn said(&self) -> String {
+    fn label(&self) -> String {
         format!("a tube with a bore of {} m", self.radius)
     }
 

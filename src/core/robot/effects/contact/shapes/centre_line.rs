@@ -207,7 +207,7 @@ impl CentreLine {
     /// The place nearest to a point.
     pub(super) fn nearest(&self, point: Vector<f64>) -> Nearest {
         let mut best = (f64::INFINITY, 0, 0.0);
-        self.look(point, 0..self.parts.len(), &self.balls, &mut best);
+        self.search_parts(point, 0..self.parts.len(), &self.balls, &mut best);
         let (_, k, x) = best;
         let part = &self.parts[k];
         let [position, slope, bend] = part.at(x);
@@ -227,7 +227,7 @@ impl CentreLine {
 
     /// Searches a row of parts for a nearer place, the nearer half first. `known` is the best so far: distance, part, and fraction of the
     /// part.
-    fn look(
+    fn search_parts(
         &self,
         point: Vector<f64>,
         row: Range<usize>,
@@ -254,7 +254,7 @@ impl CentreLine {
             halves.reverse();
         }
         for (row, balls) in halves {
-            self.look(point, row, balls, best);
+            self.search_parts(point, row, balls, best);
         }
     }
 }

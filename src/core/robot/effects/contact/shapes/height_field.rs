@@ -258,7 +258,7 @@ impl HeightField {
 
     /// Searches for nearer points beyond the edges, where the surface continues linearly: in a strip beyond each cell at an edge, and
     /// in the rectangles beyond the corners.
-    fn look_beyond(&self, search: &mut Search) {
+    fn search_beyond_edges(&self, search: &mut Search) {
         let reach = (2.0 * search.best.value).sqrt();
         let cells = self.shape.map(|n| n - 1);
         // Cells from which strips begin, by axis and side, and how wide these are.
@@ -299,7 +299,7 @@ impl HeightField {
                 let across = apart(search.point[2], Range::of(&heights).0);
                 if 0.5 * (ways.map(|way| way * way).sum::<f64>() + across * across) < search.limit() {
                     let patch = Patch::new(search.point, [from, size], &heights, 0.0);
-                    self.look_within(&patch, MOST_DIVISIONS, search);
+                    self.search_patch(&patch, MOST_DIVISIONS, search);
                 }
             }
         }
@@ -311,7 +311,7 @@ impl HeightField {
     /// by intervals of heights, slopes and second derivatives are far wider than what they bound. Parts that
     /// are too far away, or in which half the squared distance is monotonic or nowhere convex, contain none;
     /// parts in which it is convex everywhere contain at most one. Other parts are subdivided.
-    fn look_within(&self, patch: &Patch, divisions: usize, search: &mut Search) {
+    fn search_patch(&self, patch: &Patch, divisions: usize, search: &mut Search) {
         let Patch { from, size, values, .. } = patch;
         search.parts += 1;
         if !patch.is_nearer_than(search) {
@@ -333,7 +333,7 @@ impl HeightField {
             }
         }
         for part in patch.parts() {
-            self.look_within(&part, divisions - 1, search);
+            self.search_patch(&part, divisions - 1, search);
         }
     }
 
@@ -438,12 +438,12 @@ impl HeightField {
     }
 
     /// Searches for nearer points in a square of cells.
-    fn look(&self, level: usize, square: [usize; 2], search: &mut Search) {
+    fn search_cells(&self, level: usize, square: [usize; 2], search: &mut Search) {
         if self.bound(search.point, level, square) >= search.limit() {
             return;
         }
         if level == 0 {
-            self.look_within(&self.patch(search.point, 0, square), MOST_DIVISIONS, search);
+            self.search_patch(&self.patch(search.point, 0, square), MOST_DIVISIONS, search);
             return;
         }
         if search.parts >= FEW_PARTS {
@@ -459,7 +459,7 @@ impl HeightField {
         squares.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         for (least, square) in squares {
             if least < search.best.value {
-                self.look(level - 1, square, search);
+                self.search_cells(level - 1, square, search);
             }
         }
     }
@@ -483,8 +483,8 @@ impl HeightField {
         let mut search = Search { point: beside, best: self.descend(beside, [x, y]), parts: 0 };
         let is_below = z < self.at([x, y]).height;
         if !self.is_only_one(beside, &search.best) {
-            self.look(self.levels.len() - 1, [0, 0], &mut search);
-            self.look_beyond(&mut search);
+            self.search_cells(self.levels.len() - 1, [0, 0], &mut search);
+            self.search_beyond_edges(&mut search);
         }
         let best = search.best;
         let Local { height, slope: [a, b], bend } = self.at(best.place);
