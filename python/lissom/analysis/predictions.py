@@ -143,7 +143,7 @@ class OfFrequencies:
         if np.isnan(found.dfrequencies).any():
             raise ValueError(
                 f"data: the model has the frequencies {found.frequencies.round(6).tolist()} Hz, expected "
-                "different ones: equal ones, as of a round rod in two directions, cannot be told apart"
+                "different ones: equal ones, as of a round rod in two directions, cannot be distinguished"
             )
         return found.frequencies, _with_starts(found.dfrequencies, wanted)
 

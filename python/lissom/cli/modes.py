@@ -10,8 +10,8 @@ from ..common.interruption import interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, load, refusals_of
-from .statics import say_statics
-from .words import line, say
+from .statics import print_statics
+from .words import line, print_outcome
 
 
 @click.command("modes")
@@ -45,7 +45,7 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
                 done = studies.study_modes(loaded, rest)
         except (LissomError, KeyboardInterrupt) as error:
             if rest is not None:
-                return say_statics(rest, save_study(rest, folder, no_report), str(error) or "interrupted")
+                return print_statics(rest, save_study(rest, folder, no_report), str(error) or "interrupted")
             if isinstance(error, KeyboardInterrupt):
                 raise
             click.echo(line(f"{loaded.name}: {error}"), err=True)
@@ -64,5 +64,5 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     if left_out > 0:
         rows.append(("", f"{left_out} more in {done.file}"))
     outcome = f"{len(done.found.frequency)} modes, {done.found.stability or 'stability unknown'}"
-    say(loaded.name, outcome, stable, rows, saved)
+    print_outcome(loaded.name, outcome, stable, rows, saved)
     return saved.code

@@ -13,7 +13,7 @@ from ..common.interruption import STOPPING, interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save
 from .scenes import SCENE, load, refusals_of, visuals_of, visuals_option
-from .words import Saved, note, progress_bar, say
+from .words import Saved, note, print_outcome, progress_bar
 
 if TYPE_CHECKING:
     from .._lissom import Scene
@@ -84,4 +84,4 @@ def _summarise(done: Run, saved: Saved) -> None:
 
     outcome, good = text.outcome(done)
     limits = [("limit", sentence) for sentence in peaks.exceeded_in_motion(done)]
-    say(done.scene.name, outcome, good, limits + text.summary(done), saved)
+    print_outcome(done.scene.name, outcome, good, limits + text.summary(done), saved)

@@ -10,7 +10,7 @@ import click
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, load, refusals_of
-from .words import Saved, say
+from .words import Saved, print_outcome
 
 if TYPE_CHECKING:
     from ..results.studies import StaticsStudy
@@ -43,10 +43,10 @@ def command(scene: Path, output: Path | None, from_start: bool, no_stability: bo
         with refusals_of(scene):
             done = studies.study_statics(loaded, from_start, not no_stability)
         saved = save_study(done, folder, no_report)
-    return say_statics(done, saved)
+    return print_statics(done, saved)
 
 
-def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
+def print_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     """Print the result and any problem; return the exit code."""
     from ..analysis.advice import about_model
     from ..drawing.report import peaks
@@ -58,7 +58,7 @@ def say_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     facts = [("advice", sentence) for sentence in about_model(done.scene.model)]
     facts += [("limit", sentence) for sentence in peaks.exceeded_at_rest(setting, done.found.q)]
     facts += words.summary(setting, done.found, done.wall_time)
-    say(done.scene.name, outcome, good, facts, saved)
+    print_outcome(done.scene.name, outcome, good, facts, saved)
     if done.found.message:
         click.echo(done.found.message)
     if problem and done.found.success:

@@ -11,7 +11,7 @@ import click
 from ..common.interruption import interruption
 from .exits import REGRESSED
 from .saving import output_option, results_folder, save
-from .words import progress_bar, say
+from .words import print_outcome, progress_bar
 
 
 @click.command("stress")
@@ -55,7 +55,7 @@ def command(output: Path, quick: bool, update: bool, no_report: bool) -> int:
         saved = save(folder, lambda partial: matrix.write(done, partial, quick, worse, report))
     counts = [(group.group.title, _counts(group.counts)) for group in done]
     outcome = "nothing regressed" if not worse else f"{len(worse)} cells regressed or are wrong"
-    say("Stress test", outcome, not worse, [*counts, ("all", _counts(matrix.total(done)))], saved)
+    print_outcome("Stress test", outcome, not worse, [*counts, ("all", _counts(matrix.total(done)))], saved)
     for cell in worse:
         click.echo(cell, err=True)
     better = table.improvements(found, expected)

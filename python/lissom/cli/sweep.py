@@ -13,7 +13,7 @@ from ..common.interruption import interruption
 from .exits import BAD_INPUT, FAILED
 from .saving import output_option, results_folder, save
 from .scenes import SCENE, load, refusals_of
-from .words import note, progress_bar, say
+from .words import note, print_outcome, progress_bar
 
 if TYPE_CHECKING:
     import xarray
@@ -155,7 +155,7 @@ def command(
             found = _sweep(loaded, dict(over), store, workers)
         done = results.SweepStudy(loaded, found, tuple(keys), time.perf_counter() - start)
         saved = save(folder, lambda partial: results.write(done, partial, None if no_report else _report))
-    say(loaded.name, done.outcome, done.is_good, done.summary, saved)
+    print_outcome(loaded.name, done.outcome, done.is_good, done.summary, saved)
     return saved.code if done.is_good else FAILED
 
 

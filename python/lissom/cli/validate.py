@@ -43,7 +43,7 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     def said(outcomes: Iterable[Outcome]) -> Iterator[Outcome]:
         for outcome in outcomes:
             yield outcome
-            _say_outcome(outcome)
+            _print_outcome(outcome)
 
     with results_folder(output) as folder:
         click.echo(click.style(table.head(), bold=True))
@@ -63,7 +63,7 @@ def command(output: Path, update_docs: Path | None, no_report: bool) -> int:
     return saved.code if good else OUTSIDE_TOLERANCE
 
 
-def _say_outcome(outcome: Outcome) -> None:
+def _print_outcome(outcome: Outcome) -> None:
     from .evidence.validation import table
 
     click.echo(click.style(table.line(outcome), fg="red" if outcome.outside else None))

@@ -28,7 +28,9 @@ class Saved(NamedTuple):
     code: int
 
 
-def say(name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: Saved) -> None:
+def print_outcome(
+    name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: Saved
+) -> None:
     """Print the outcome, the facts, and where the results are."""
     click.echo(click.style(line(f"{name}: {outcome}"), bold=True, fg=None if good else "red"))
     rows = [*facts, ("results", f"{saved.target}/"), *(("", file) for file in saved.files)]

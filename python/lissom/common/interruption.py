@@ -38,7 +38,7 @@ class Interruption:
 
     def install(self) -> None:
         """Record Ctrl-C from now on without raising, until ``answer``."""
-        signal.signal(signal.SIGINT, self._hear)
+        signal.signal(signal.SIGINT, self._on_interrupt)
 
     def answer(self) -> None:
         """From now on Ctrl-C raises KeyboardInterrupt; so does an earlier one."""
@@ -77,7 +77,7 @@ class Interruption:
             found = error.result
         return found
 
-    def _hear(self, number: int, frame: FrameType | None) -> None:
+    def _on_interrupt(self, number: int, frame: FrameType | None) -> None:
         self.requested = True
         if self._raises:
             if time.monotonic() >= self._calm_until:

@@ -23,7 +23,7 @@ from ..common.extras import missing
 from ..model import views
 from ..model.visuals import Visual
 from ..results.studies import Setting
-from .painting import polygons, seen_from, triangles
+from .painting import polygons, triangles, view_axes
 from .parts import Part, parts
 from .report import symbols
 from .report.motion import eye_of
@@ -71,8 +71,8 @@ LETTER = 0.56
 #: Axes that point to the viewer are left out: those that are seen shorter than this.
 SHORT_AXIS = 0.2
 
-#: More times than these are told by the first, the last and their number.
-TOLD = 6
+#: More times than these are listed as the first, the last and their number.
+LISTED_TIMES = 6
 
 #: Size of letters and widths of lines, points.
 LETTERS, STROKE = 7.0, 1.0
@@ -211,7 +211,7 @@ def axes_of(seen: views.View, found: Sequence[Part], towards: Array | None = Non
     axis, _, is_up = symbols.floor(seen.glyphs.gravity, low, high)
     up = np.zeros(3)
     up[axis] = 1.0 if is_up else -1.0
-    return seen_from(eye_of(high - low) if towards is None else towards, up)
+    return view_axes(eye_of(high - low) if towards is None else towards, up)
 
 
 def round_length(most: float) -> float:
@@ -231,7 +231,7 @@ def length_in_words(metres: float) -> str:
 def times_in_words(t: Array, letters: float = math.inf) -> str:
     """The times of the shapes, in brief if they are many or have more letters than fit."""
     words = f"t = {', '.join(f'{time:.4g}' for time in t)} s"
-    if len(t) > TOLD or (len(t) > 1 and len(words) > letters):
+    if len(t) > LISTED_TIMES or (len(t) > 1 and len(words) > letters):
         return f"t = {t[0]:.4g} to {t[-1]:.4g} s, {len(t)} shapes"
     return words
 
@@ -264,9 +264,9 @@ def _write(
     ):
         wide, tall = high - low
         figure = Figure(figsize=(width / INCH, width / INCH * float(tall / wide)))
-        plot, told = page(figure, low, high, axes, room)
+        plot, caption = page(figure, low, high, axes, room)
         plot.add_collection(polygons(drawn), autolim=False)
-        told.set_text(words)
+        caption.set_text(words)
         figure.savefig(partial, format=kind, dpi=RESOLUTION, metadata=metadata)
 
 

@@ -52,7 +52,7 @@ class Triangles:
         return Triangles(self.corners[chosen], self.colours[chosen], self.is_inside[chosen])
 
 
-def seen_from(towards: Array, up: Array) -> Array:
+def view_axes(towards: Array, up: Array) -> Array:
     """Axes of a figure as rows: to the right, upwards, to the viewer, who is in a direction."""
     towards = towards / np.linalg.norm(towards)
     if abs(towards @ up) > 1.0 - 1e-9:

@@ -508,7 +508,7 @@ class _InSpace:
         self._shape = (np.cumsum(is_there) - 1).clip(0)
         low, high = extent(found, self._axes)
         low, high = with_margin(low[:2], high[:2], FILM[0] / FILM[1], FILM[0] / FILM[1])
-        self._plot, self._told = page(figure, low, high, self._axes)
+        self._plot, self._title = page(figure, low, high, self._axes)
         self._polygons: Any = None
 
     def show(self, i: int, title: str) -> None:
@@ -516,7 +516,7 @@ class _InSpace:
             self._polygons.remove()
         self._polygons = polygons(triangles(self._found, self._axes, [self._shape[i]]))
         self._plot.add_collection(self._polygons, autolim=False)
-        self._told.set_text(title)
+        self._title.set_text(title)
 
 
 class _InPlane:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._lissom import Robot
 from ..drawing.figures import AXIS, corner
-from ..drawing.painting import polygons, seen_from, triangles
+from ..drawing.painting import polygons, triangles, view_axes
 from ..drawing.parts import parts
 from ..drawing.report.motion import eye_of
 from ..model.views import view
@@ -43,7 +43,7 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) ->
     seen = np.flatnonzero(high > low)
     right, up = np.eye(3)[seen[[0, -1]]]
     # Windows in a plane are seen from its side, those in space obliquely.
-    axes = seen_from(np.cross(right, up) if len(seen) == 2 else eye_of(high - low), up)
+    axes = view_axes(np.cross(right, up) if len(seen) == 2 else eye_of(high - low), up)
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
     places = corners @ axes[:2].T
 

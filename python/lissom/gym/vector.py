@@ -195,12 +195,12 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         ended = terminated | truncated
         infos: Infos = {}
         if self.autoreset_mode is AutoresetMode.SAME_STEP:
-            _tell(infos, verdict, ~ended)
+            _fill_infos(infos, verdict, ~ended)
             if ended.any():
-                self._tell_ends(infos, verdict, ended)
+                self._fill_final_infos(infos, verdict, ended)
             begins, self._ended = ended, np.zeros_like(ended)
         else:
-            _tell(infos, verdict, ~begins)
+            _fill_infos(infos, verdict, ~begins)
             self._ended = ended
         if begins.any():
             _put(infos, self._begin(begins).infos, begins)
@@ -294,13 +294,13 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         model = self.robots[0] if len(self.robots) == 1 else self.robots
         return Simulations(model, self.num_envs, workers=self._workers, **self.task.method)
 
-    def _tell_ends(self, infos: Infos, verdict: Verdict, ended: Flags) -> None:
+    def _fill_final_infos(self, infos: Infos, verdict: Verdict, ended: Flags) -> None:
         """How episodes ended in the rows in which the next one has begun."""
         last = np.full(self.num_envs, None, dtype=object)
         for row in np.flatnonzero(ended):
             last[row] = verdict.outcome.observations[row].copy()
         final: Infos = {}
-        _tell(final, verdict, ended)
+        _fill_infos(final, verdict, ended)
         infos |= {
             "final_obs": last,
             "_final_obs": ended.copy(),
@@ -340,7 +340,7 @@ def _put(infos: Infos, values: Mapping[str, NDArray[Any]], mask: Flags) -> None:
         infos[f"_{name}"] |= mask
 
 
-def _tell(infos: Infos, verdict: Verdict, mask: Flags) -> None:
+def _fill_infos(infos: Infos, verdict: Verdict, mask: Flags) -> None:
     """Adds what is known of the rows of a mask, and why their episodes ended."""
     if not mask.any():
         return

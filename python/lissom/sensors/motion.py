@@ -157,21 +157,21 @@ class Velocimeter(Mounted):
         rates, velocities = self._velocities(given)
         if self._lever is not None:
             velocities = velocities + cross(rates, turned(rotations, self._lever))
-        return self._seen(rotations, velocities)
+        return self._in_axes(rotations, velocities)
 
 
 @dataclass(frozen=True, eq=False)
 class Inertial(Mounted):
     """Base class of gyroscopes and accelerometers."""
 
-    def _felt(self, given: States, rotations: Array, rates: Array) -> Array:
+    def _proper_accelerations(self, given: States, rotations: Array, rates: Array) -> Array:
         """The specific force on an instrument: its acceleration minus that of gravity."""
         growths, accelerations = self._accelerations(given)
         felt = accelerations - np.array(self.robot.gravity)
         if self._lever is not None:
             lever = turned(rotations, self._lever)
             felt = felt + cross(growths, lever) + cross(rates, cross(rates, lever))
-        return self._seen(rotations, felt)
+        return self._in_axes(rotations, felt)
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +215,7 @@ class Gyroscope(Inertial):
         return ("rad/s",) * 3
 
     def _ideal(self, given: States) -> Array:
-        return self._seen(self._poses(given)[0], self._velocities(given)[0])
+        return self._in_axes(self._poses(given)[0], self._velocities(given)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,7 +260,7 @@ class Accelerometer(Inertial):
         return ("m/s^2",) * 3
 
     def _ideal(self, given: States) -> Array:
-        return self._felt(given, self._poses(given)[0], self._velocities(given)[0])
+        return self._proper_accelerations(given, self._poses(given)[0], self._velocities(given)[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,5 +319,5 @@ class Imu(Inertial):
     def _ideal(self, given: States) -> Array:
         rotations, _ = self._poses(given)
         rates, _ = self._velocities(given)
-        turns = self._seen(rotations, rates)
-        return np.concatenate([turns, self._felt(given, rotations, rates)], axis=1)
+        turns = self._in_axes(rotations, rates)
+        return np.concatenate([turns, self._proper_accelerations(given, rotations, rates)], axis=1)

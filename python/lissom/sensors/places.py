@@ -95,7 +95,7 @@ class Mounted(Placed):
         self._set("orientation", orientation)
         self._set("_axes", matrix_of(orientation) if any(orientation[1:]) else None)
 
-    def _seen(self, rotations: Array, vectors: Array) -> Array:
+    def _in_axes(self, rotations: Array, vectors: Array) -> Array:
         """Convert world vectors (k, 3) to the axes of the instrument."""
         seen = turned_back(rotations, vectors)
         return seen if self._axes is None else turned_back(self._axes, seen)

@@ -324,11 +324,11 @@ mod tests {
                     (((1.0 + relative) * angle).cos() - angle.cos()).abs()
                 });
                 let exact = apart.fold(0.0, f64::max);
-                let told = following(frequency, 0.1).error_of_frequencies(relative);
+                let estimated = following(frequency, 0.1).error_of_frequencies(relative);
                 // Up to terms of second order in the relative change, and half the difference after the phase is lost.
                 assert!(
-                    told >= 0.1 * exact.min(1.0) / (1.0 + relative),
-                    "{frequency} {relative}: {told} for {exact}"
+                    estimated >= 0.1 * exact.min(1.0) / (1.0 + relative),
+                    "{frequency} {relative}: {estimated} for {exact}"
                 );
             }
         }

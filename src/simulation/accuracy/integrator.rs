@@ -127,8 +127,8 @@ mod tests {
     fn what_a_step_of_radau_does_is_known_and_not_more_where_steps_are_long() {
         for (angle, slack) in [(0.1, 1.02), (0.5, 1.1), (1.0, 1.2), (RADAU.longest, 2.0)] {
             let exact = (radau(Complex::new(0.0, angle)) / Complex::new(0.0, angle).exp() - 1.0).norm();
-            let told = angle * RADAU.error_of_a_radian(1.0, angle);
-            assert!((1.0 / slack..slack).contains(&(told / exact)), "{angle}: {told} for {exact}");
+            let estimated = angle * RADAU.error_of_a_radian(1.0, angle);
+            assert!((1.0 / slack..slack).contains(&(estimated / exact)), "{angle}: {estimated} for {exact}");
         }
     }
 

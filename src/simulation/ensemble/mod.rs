@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_that_is_refused_ends_the_others_and_tells_its_row() {
+    fn a_run_that_is_refused_ends_the_others_and_names_its_row() {
         let run = |row: usize, monitor: &mut Monitor<'_>| match row {
             3 => Err(Refusal::Input(InvalidInput::new("q0", "nothing", "something"))),
             _ => run_of(row, monitor),

@@ -329,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_end_where_a_slack_tendon_is_as_long_as_it_is_told() {
+    fn steps_end_where_a_slack_tendon_reaches_its_commanded_length() {
         let fall = |t: f64| [t * t - 4.0, 2.0 * t];
         assert_eq!(judge_slack(fall, [0.0, 1.9], None), Verdict::Done);
         let Verdict::EndAt(event) = judge_slack(fall, [0.0, 3.0], None) else { panic!("it was passed") };

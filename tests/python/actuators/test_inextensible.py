@@ -149,19 +149,19 @@ def test_a_tendon_becomes_taut_as_loads_grow():
 
 @pytest.mark.parametrize("way", [(0.305, 0.28), (0.28, 0.305), (0.29, 0.33), (0.33, 0.29)])
 def test_a_path_of_lengths(way):
-    """The length is what it is told, by the tension that `statics` finds, or more than it needs: slack."""
+    """The length is as commanded, by the tension that `statics` finds, or more than it needs: slack."""
     robot = finger([along(length=lissom.Input("length", way[0]))])
     found = lissom.continuation(robot, inputs={"length": way})
     assert found.success, found.message
-    told = found.path.u[:, 0]
-    np.testing.assert_allclose(told, way[0] + found.path.load_factor * (way[1] - way[0]), atol=1e-14)
-    pulls, excess = tensions(robot, found.path), lengths(robot, found.path) - told
+    commanded = found.path.u[:, 0]
+    np.testing.assert_allclose(commanded, way[0] + found.path.load_factor * (way[1] - way[0]), atol=1e-14)
+    pulls, excess = tensions(robot, found.path), lengths(robot, found.path) - commanded
     assert (pulls >= 0.0).all()
     # What is let go is taken up again where it is longer by 1e-10.
     assert (excess < 2e-10).all()
     assert ((pulls == 0.0) | (np.abs(excess) < 1e-11)).all()
     assert (pulls.min() == 0.0) == (max(way) > 0.32)
-    for k in (0, len(told) // 2, -1):
+    for k in (0, len(commanded) // 2, -1):
         alone = lissom.statics(robot, u=found.path.u[k])
         np.testing.assert_allclose(found.path.q[k], alone.q, atol=1e-8)
 
@@ -452,8 +452,8 @@ def test_simulations_say_what_is_slack_and_what_is_told_to_push():
     simulation = lissom.Simulation(slack, dt=1e-3)
     simulation.step()
     assert simulation.message == "The end of the interval was reached. Slack: 'pull'."
-    told = finger([along(tension=lissom.Input("tension", 1.0))])
-    simulation = lissom.Simulation(told, dt=1e-3)
+    commanded = finger([along(tension=lissom.Input("tension", 1.0))])
+    simulation = lissom.Simulation(commanded, dt=1e-3)
     simulation.step([0.5])
     assert simulation.message == "The end of the interval was reached."
     simulation.step([-0.5])

@@ -367,7 +367,7 @@ def test_a_finger_that_falls_into_two_cords(method):
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-7])
-def test_an_accuracy_is_reached_and_told(rtol):
+def test_an_accuracy_is_reached_and_reported(rtol):
     speed = np.sqrt(3.5 * G * ROPE)
     _, taut_at, over = gone_over(speed, 0.3)
     fell, _ = fallen(0.3, 0.6)

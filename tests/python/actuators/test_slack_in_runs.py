@@ -68,7 +68,7 @@ def test_what_a_run_says_survives_copies_and_pickles():
         assert twin.message == found.message
 
 
-def test_motors_reach_their_limits_however_far_beyond_they_are_told():
+def test_motors_reach_their_limits_however_far_beyond_they_are_commanded():
     arm = lissom.Link("arm", body=lissom.Body(1, inertia=(1, 1, 1)), joint=lissom.Revolute((0, 1, 0)))
     for limit in (1e-9, 1.0, 1e9):
         motor = lissom.Motor("arm", lissom.Input("u"), limits=(-limit, limit))

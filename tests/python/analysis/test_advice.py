@@ -25,7 +25,7 @@ def scene(simulation="t_end = 1.0\ndt = 1e-3", modes="bend_y = 8", radius=1e-3, 
     )
 
 
-def told(text, scene):
+def advice_with(text, scene):
     """The sentence that contains a text; None if there is none."""
     found = [sentence for sentence in advice(scene) if text in sentence]
     assert len(found) < 2
@@ -39,7 +39,7 @@ def frequencies(scene):
 def test_which_frequencies_a_step_resolves():
     lab = lissom.Scene.load(SCENES / "lab-horizontal.toml")
     assert_allclose(frequencies(lab)[2], 48.5, atol=0.05)
-    assert told("The step", lab) == (
+    assert advice_with("The step", lab) == (
         "The step of 0.01 s resolves the first 2 of 3 natural frequencies; "
         "the next, 48.5 Hz, needs steps of 0.0021 s (10 per period)."
     )
@@ -51,28 +51,28 @@ def test_the_step_that_is_needed_is_enough(number):
     hertz = frequencies(scene(modes="bend_y = 3"))
     for factor, resolved in ((0.999, number + 1), (1.001, number)):
         simulation = f"t_end = 1.0\ndt = {factor / (10 * hertz[number]):.17g}"
-        said = told("The step", scene(simulation, modes="bend_y = 3"))
+        said = advice_with("The step", scene(simulation, modes="bend_y = 3"))
         which = f"resolves the first {resolved} of 3" if resolved else "resolves none of 3"
         assert said is None if resolved == 3 else which in said
 
 
 @pytest.mark.parametrize("how", ['method = "rk45"', 'method = "radau"', 'method = "auto"'])
 def test_nothing_about_the_step_of_adaptive_methods(how):
-    assert told("The step", scene(f"t_end = 1.0\n{how}")) is None
+    assert advice_with("The step", scene(f"t_end = 1.0\n{how}")) is None
 
 
 def test_creeping_motions_need_no_step():
-    assert told("The step", scene("t_end = 1.0", modes="bend_y = 1", retardation_time=10.0)) is None
+    assert advice_with("The step", scene("t_end = 1.0", modes="bend_y = 1", retardation_time=10.0)) is None
 
 
 def test_how_right_the_frequencies_are():
     lab = lissom.Scene.load(SCENES / "lab-horizontal.toml")
-    said = told("natural frequencies are accurate", lab)
+    said = advice_with("natural frequencies are accurate", lab)
     assert said.startswith(
         "2 of 3 natural frequencies are accurate to 1%: with 4 more modes of every strain the first"
     )
     assert "number 3, 48.5 Hz, becomes 25.3 Hz (92% off)" in said
-    assert told("natural frequencies are accurate", scene(modes="bend_y = 8")) is None
+    assert advice_with("natural frequencies are accurate", scene(modes="bend_y = 8")) is None
 
 
 def test_more_modes_are_those_of_every_strain_and_nothing_else():
@@ -97,7 +97,7 @@ def test_more_modes_are_those_of_every_strain_and_nothing_else():
     ],
 )
 def test_thick_rods_without_shear(radius, modes, said):
-    found = told("shear would add", scene(radius=radius, modes=modes))
+    found = advice_with("shear would add", scene(radius=radius, modes=modes))
     assert found is None if said is None else said in found
 
 
@@ -119,10 +119,10 @@ STIFF = {"modes": "bend_y = 2, stretch = 2, shear_z = 2", "young_modulus": 5e6, 
 @pytest.mark.parametrize("method", ["rk45", "dop853"])
 def test_explicit_methods_on_stiff_scenes(method):
     stiff = scene(f't_end = 1.0\nmethod = "{method}"', radius=0.02, **STIFF)
-    said = told("is stable with steps below", stiff)
+    said = advice_with("is stable with steps below", stiff)
     assert said.startswith(f'Method "{method}" is stable')
-    assert told("is stable", scene(f't_end = 1.0\nmethod = "{method}"', modes="bend_y = 2")) is None
-    assert told("is stable", scene('t_end = 1.0\nmethod = "radau"', radius=0.02, **STIFF)) is None
+    assert advice_with("is stable", scene(f't_end = 1.0\nmethod = "{method}"', modes="bend_y = 2")) is None
+    assert advice_with("is stable", scene('t_end = 1.0\nmethod = "radau"', radius=0.02, **STIFF)) is None
 
 
 @pytest.mark.parametrize("eigenvalue", [-50.0, -20.0 + 40.0j, -1.0 + 50.0j])

@@ -114,8 +114,8 @@ def test_every_accepted_step_is_told():
     steps = lissom.simulate(model, 0.1, method="radau", t_eval="steps")
     assert len(steps.t) == steps.stats.steps + 1
     at = lissom.simulate(model, 0.1, method="radau", t_eval=steps.t)
-    for told, asked in zip((steps.q, steps.v, steps.a), (at.q, at.v, at.a), strict=True):
-        np.testing.assert_array_equal(told, asked)
+    for stored, asked in zip((steps.q, steps.v, steps.a), (at.q, at.v, at.a), strict=True):
+        np.testing.assert_array_equal(stored, asked)
     explicit = lissom.simulate(model, 0.01, method="rk45", t_eval="steps")
     assert len(explicit.t) == explicit.stats.steps + 1
     fixed = lissom.simulate(model, 0.1, t_eval="steps")

@@ -326,9 +326,9 @@ def test_damaged_points_of_a_store_are_named_and_run_again(damage, name, tmp_pat
     with pytest.warns(RuntimeWarning, match=r"of 6 points are damaged \(\d to 5\); they are run again"):
         found = lissom.sweep(scene(), {E: values}, store=store)
     assert_equal(found, whole)
-    told = []
-    assert_equal(lissom.sweep(scene(), {E: values}, store=store, progress=told.append), whole)
-    assert told[0] == 6, "nothing is run a third time"
+    reported = []
+    assert_equal(lissom.sweep(scene(), {E: values}, store=store, progress=reported.append), whole)
+    assert reported[0] == 6, "nothing is run a third time"
 
 
 def chunks_but_marks(store):
@@ -377,9 +377,9 @@ def test_marks_and_files_of_others_do_not_matter(tmp_path):
     whole = lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store)
     (store / "is_done" / "0").unlink()
     (store / "notes.txt").write_text("mine")
-    told = []
-    assert_equal(lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store, progress=told.append), whole)
-    assert told[0] == 2
+    reported = []
+    assert_equal(lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store, progress=reported.append), whole)
+    assert reported[0] == 2
     assert zarr.open_array(str(store / "is_done"), mode="r")[:].all()
     with pytest.raises(ValueError, match="is a file"):
         lissom.sweep(scene(), {E: [5e5, 2e6]}, store=store / "notes.txt")
@@ -416,15 +416,15 @@ def test_a_store_of_another_sweep_is_refused(tmp_path):
 @pytest.mark.parametrize("kind", ["ThreadPoolExecutor", "ProcessPoolExecutor"])
 def test_executors_make_the_same(kind, tmp_path):
     parameters = {E: np.linspace(5e5, 2e6, 9), G: [-9.81, 0.0]}
-    whole, told = lissom.sweep(scene(), parameters), []
+    whole, reported = lissom.sweep(scene(), parameters), []
     context = {} if kind[0] == "T" else {"mp_context": __import__("multiprocessing").get_context("spawn")}
     with getattr(concurrent.futures, kind)(2, **context) as executor:
         found = lissom.sweep(
-            scene(), parameters, executor=executor, store=tmp_path / "s", progress=told.append
+            scene(), parameters, executor=executor, store=tmp_path / "s", progress=reported.append
         )
     assert_equal(found, whole)
-    assert told == sorted(told)
-    assert told[-1] == 18
+    assert reported == sorted(reported)
+    assert reported[-1] == 18
 
 
 def test_a_cancelled_task_is_handed_out_again():
@@ -460,9 +460,9 @@ def test_ctrl_c_leaves_a_store_that_is_gone_on_with(tmp_path):
     timer.join()
     done = int(caught.value.result.is_done.sum())
     assert 1 <= done < 40
-    told = []
-    found = lissom.sweep(slow_rod, parameters, store=tmp_path / "s", t_end=0.05, progress=told.append)
-    assert told[0] == done
+    reported = []
+    found = lissom.sweep(slow_rod, parameters, store=tmp_path / "s", t_end=0.05, progress=reported.append)
+    assert reported[0] == done
     assert_equal(found, lissom.sweep(slow_rod, parameters, t_end=0.05))
 
 
@@ -484,11 +484,11 @@ def main():
     options = dict(n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None)
     with LocalCluster(**options) as cluster, Client(cluster) as client:
         first = set(client.run(os.getpid).values())
-        told = []
+        reported = []
 
         def kill(done):
-            told.append(done)
-            if done >= 10 and len(told) > 2 and victim:
+            reported.append(done)
+            if done >= 10 and len(reported) > 2 and victim:
                 os.kill(victim.pop(), signal.SIGKILL)
 
         victim = [min(first)]
@@ -499,7 +499,7 @@ def main():
             time.sleep(0.2)
         assert set(client.run(os.getpid).values()) != first
     assert found.is_done.all()
-    assert told[-1] == 60 and told == sorted(set(told)), told
+    assert reported[-1] == 60 and reported == sorted(set(reported)), reported
     assert found.drop_vars("wall_time").identical(whole.drop_vars("wall_time"))
     print("same")
 

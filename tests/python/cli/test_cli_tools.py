@@ -89,8 +89,8 @@ def test_new_leaves_files_as_they_are(tmp_path, monkeypatch):
     for folder in ("absent", "a/b", "mine.toml"):
         code, said = called("new", f"{folder}/mine")
         assert code == 1
-        told = f"{folder}/mine.toml could not be written: there is no folder {folder}; make it first"
-        assert told in said.replace(os.sep, "/")
+        expected = f"{folder}/mine.toml could not be written: there is no folder {folder}; make it first"
+        assert expected in said.replace(os.sep, "/")
 
 
 @pytest.mark.parametrize("name", ["", ".toml", "a/", "a/.toml", "two\nlines", "bell\a"])

@@ -514,7 +514,7 @@ def test_shapes_along_a_rod_touch_where_they_are():
         assert local[2] == pytest.approx(-0.02 + touch.overlap, abs=1e-9)
 
 
-def test_tiny_and_deep_are_told():
+def test_tiny_and_deep_are_reported():
     """Edges of a micrometre work; overlaps of more than half a box's thickness are rejected."""
     box = Link("box", joint=Free(), body=cuboid(0.1, (0.05,) * 3))
     thin = Box((0, 0, 0), (0.05, 0.05, 1e-6), link="box")

@@ -119,7 +119,7 @@ def test_tendons_are_painted_before_the_walls_over_them(turn):
     found, _ = parts(
         views.view(robot), np.full((1, 1), turn), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros(1), True
     )
-    painted = painting.triangles(found, painting.seen_from(np.array([1.0, -0.5, 0.3]), np.array([0.0, 0, 1])))
+    painted = painting.triangles(found, painting.view_axes(np.array([1.0, -0.5, 0.3]), np.array([0.0, 0, 1])))
     place = np.arange(len(painted.corners))
     middle = painted.corners.mean(axis=1)
     tendon, wall = (np.flatnonzero(painted.is_inside == inside) for inside in (True, False))

@@ -186,12 +186,12 @@ def test_the_page_is_small_and_has_all_of_the_player(tentacle):
 
 
 def test_the_animation_shows_the_rod_as_it_moves(tentacle, page):
-    told = unpack(page.figures[0])
-    kinds = [thing["kind"] for thing in told["things"]]
+    reported = unpack(page.figures[0])
+    kinds = [thing["kind"] for thing in reported["things"]]
     assert set(kinds) == {"tube", "solid", "strand", "arrows", "dots", "line"}
-    tube = told["things"][kinds.index("tube")]
+    tube = reported["things"][kinds.index("tube")]
     # At the saved times of the run, at most sixty per second.
-    times = told["times"]
+    times = reported["times"]
     assert len(times) == 61
     assert (times[0], times[-1]) == (0.0, 0.5)
     model = tentacle.scene.model
@@ -204,10 +204,10 @@ def test_the_animation_shows_the_rod_as_it_moves(tentacle, page):
 
 
 def test_rods_are_coloured_by_what_they_do(tentacle, page):
-    told = unpack(page.figures[0])
-    tube = next(thing for thing in told["things"] if thing["kind"] == "tube")
+    reported = unpack(page.figures[0])
+    tube = next(thing for thing in reported["things"] if thing["kind"] == "tube")
     model = tentacle.scene.model
-    at = np.searchsorted(tentacle.t, told["times"] - 1e-6)
+    at = np.searchsorted(tentacle.t, reported["times"] - 1e-6)
     stations = tube["stations"].ravel().clip(0.0, model.length)
     found = tube["quantities"]
     assert list(found) == ["curvature (1/m)", "axial stress (Pa)", "speed (m/s)"]
@@ -265,7 +265,7 @@ def test_what_is_packed_comes_back_as_exact_as_is_said():
     walk = np.cumsum(rng.normal(size=(80, 5, 3)), axis=0) * [1.0, 1e-6, 1e6] + [0.0, 5.0, 0.0]
     walk[3, 2] = np.nan
     powers = np.logspace(-30, 30, 50)
-    told = {
+    reported = {
         "walk": walk,
         "again": [walk],
         "coarse": packing.Numbers(walk[..., 0], "u1"),
@@ -275,7 +275,7 @@ def test_what_is_packed_comes_back_as_exact_as_is_said():
         "same": np.full((4, 2), 7.25),
         "text": "</script>",
     }
-    packed = packing.pack(told)
+    packed = packing.pack(reported)
     assert packed["document"]["walk"] == packed["document"]["again"][0], "packed once"
     found = unpack(packed)
     spans = np.nanmax(walk, axis=(0, 1)) - np.nanmin(walk, axis=(0, 1))
@@ -285,7 +285,7 @@ def test_what_is_packed_comes_back_as_exact_as_is_said():
     np.testing.assert_allclose(found["times"], 0.002 * np.arange(50), rtol=0, atol=1e-10)
     np.testing.assert_allclose(found["powers"], powers, rtol=1e-7)
     assert found["none"].shape == (0, 3)
-    np.testing.assert_array_equal(found["same"], told["same"])
+    np.testing.assert_array_equal(found["same"], reported["same"])
     assert found["text"] == "</script>"
 
 
@@ -386,8 +386,8 @@ def test_curves_are_told_in_words(tentacle, page):
     assert position[0]["label"].startswith("position of the tip (m) over time (s). x: from ")
     least = f"{tip.min():.3g}"
     assert least.startswith("-"), "the sign is one of print"
-    told = f"z: from {tip[0]:.3g} to {tip[-1]:.3g}, least {least}".replace("-", "−")
-    assert told in position[0]["label"]
+    reported = f"z: from {tip[0]:.3g} to {tip[-1]:.3g}, least {least}".replace("-", "−")
+    assert reported in position[0]["label"]
     words = unpack(page.figures[0])["words"]
     assert words.startswith(
         "View in space with rod, forces, moments, supports, gravity, tip, path of the tip"

@@ -108,27 +108,27 @@ def stands_still(values):
 
 
 def test_every_layer_has_one_entry_in_the_legend(shown):
-    told = shown.document()["layers"]
+    reported = shown.document()["layers"]
     names = [
         *("rods", "bodies", "joints", "forces", "moments", "supports", "current", "gravity", "floor"),
         *("tips", "paths", "initial shape"),
     ]
-    assert [entry["layer"] for entry in told] == names
-    assert [entry["name"] for entry in told] == names
+    assert [entry["layer"] for entry in reported] == names
+    assert [entry["name"] for entry in reported] == names
     assert {thing.layer for thing in shown.things} | {"floor"} == set(names)
-    colours = {entry["layer"]: entry["colour"] for entry in told}
+    colours = {entry["layer"]: entry["colour"] for entry in reported}
     assert colours["forces"] != colours["moments"]
 
 
 def test_the_document_has_what_moves_over_time_and_the_rest_once(shown):
     moving = set()
-    for thing, told in zip(shown.things, shown.document()["things"], strict=True):
+    for thing, reported in zip(shown.things, shown.document()["things"], strict=True):
         for name in ("centres", "turns", "points", "tails", "vectors"):
-            if name not in told:
+            if name not in reported:
                 continue
             values = getattr(thing, name)
             moves = not np.allclose(values, values[:1], rtol=0, atol=2e-6, equal_nan=True)
-            assert len(told[name]) == (len(shown.t) if moves else 1), (thing.name, name)
+            assert len(reported[name]) == (len(shown.t) if moves else 1), (thing.name, name)
             if moves:
                 moving.add(thing.layer)
     assert {"gravity", "current", "paths", "initial shape"}.isdisjoint(moving)
@@ -380,8 +380,8 @@ def test_inputs_from_outside_are_drawn_and_plotted_as_they_were():
     )
 
     def control(t, q, v):
-        told = {"pull": 20.0 * t, "push.z": t}
-        return [told.get(name, 0.0) for name in robot.inputs]
+        reported = {"pull": 20.0 * t, "push.z": t}
+        return [reported.get(name, 0.0) for name in robot.inputs]
 
     result = lissom.simulate(robot, 0.2, dt=5e-3, control=control)
     pull = result.u[:, robot.inputs.index("pull")]

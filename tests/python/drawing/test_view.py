@@ -249,7 +249,7 @@ def test_pulls_are_stable_at_all_steps(dt, strength):
     motion.pull(0, motion.place(0) + np.array([-0.1, 0.15, 0.1]))
     while motion.t < 4.0:
         assert motion.advance()
-    assert motion.let_go == ""
+    assert motion.release_reason == ""
     assert np.abs(motion.v).max() < 0.05
 
 
@@ -276,9 +276,9 @@ def test_a_pull_that_the_method_cannot_follow_is_let_go(motion):
     motion.pull(0, motion.place(0))
     motion.strength = 1e12
     motion.pull(0, np.array([1e3, 1e3, 1e3]))
-    while not motion.let_go and motion.t < 1.0:
+    while not motion.release_reason and motion.t < 1.0:
         motion.advance()
-    assert "did not converge" in motion.let_go or motion.let_go
+    assert "did not converge" in motion.release_reason or motion.release_reason
     assert motion.pulled is None
     assert np.isfinite(motion.q).all()
 

@@ -1,4 +1,4 @@
-"""The pile of rods that `benches/python/peers/pile.py` compares: what others are told, distances, times."""
+"""The pile of rods that `benches/python/peers/pile.py` compares: what others are loaded, distances, times."""
 
 import sys
 from pathlib import Path
@@ -26,15 +26,15 @@ seeds = st.integers(0, 10_000)
 def test_others_are_told_what_the_rods_of_lissom_are(tmp_path):
     file = tmp_path / "scene.json"
     pile_scene.write({5: pile_lissom.scene(5)}, file)
-    told = pile_scene.read(file)[5]
+    loaded = pile_scene.read(file)[5]
     robot = contact.pile(5)
     q, v = np.zeros(robot.n), np.zeros(robot.n)
     mass = 5 * pile_scene.DENSITY * pile_scene.AREA * pile_scene.LENGTH
-    middles = told.starts + 0.5 * pile_scene.LENGTH * told.directions
+    middles = loaded.starts + 0.5 * pile_scene.LENGTH * loaded.directions
     weight = pile_scene.GRAVITY * mass
     assert_allclose(robot.energy(q, v).gravitational, weight * middles[:, 2].mean(), rtol=1e-12)
     for rod in range(5):
-        end = told.starts[rod] + pile_scene.LENGTH * told.directions[rod]
+        end = loaded.starts[rod] + pile_scene.LENGTH * loaded.directions[rod]
         assert_allclose(robot.pose(q, pile_scene.LENGTH, link=f"rod {rod}")[:3, 3], end, atol=1e-15)
 
 

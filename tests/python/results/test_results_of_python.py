@@ -894,8 +894,8 @@ def test_the_stubs_say_what_the_methods_take():
             parameters = inspect.signature(function).parameters
             assert list(parameters) == names
             defaults = [p.default for p in parameters.values() if p.default is not p.empty]
-            told = [ast.literal_eval(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d]
-            assert defaults == told
+            documented = [ast.literal_eval(d) for d in (*arguments.defaults, *arguments.kw_defaults) if d]
+            assert defaults == documented
             seen += 1
         known = (
             "plot",

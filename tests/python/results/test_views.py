@@ -85,8 +85,8 @@ def test_every_link_is_kept_and_drawn():
     np.testing.assert_allclose(y[49 + 1 : -1], y[:49] + 1.0, rtol=1e-5)
     np.testing.assert_allclose(right.centres - left.centres, ONE_ALONG_Y[: len(shown.t)], atol=1e-12)
     np.testing.assert_array_equal(right.turns, left.turns)
-    told = shown.document()["things"]
-    assert all(len(thing["centres"]) == len(shown.t) for thing in told[:2])
+    reported = shown.document()["things"]
+    assert all(len(thing["centres"]) == len(shown.t) for thing in reported[:2])
 
 
 def moved(pose):

@@ -150,8 +150,8 @@ def test_all_that_is_wrong_is_said_at_once_with_places(read):
     visuals += "<material><color rgba='0 0 2 1'/></material>"
     with pytest.raises(lissom.urdf.UrdfError) as caught:
         read(visuals, files)
-    told = [str(problem) for problem in caught.value.problems]
-    assert len(told) == len(names) + 3
+    reported = [str(problem) for problem in caught.value.problems]
+    assert len(reported) == len(names) + 3
     for name, words in {
         "gone.stl": "which cannot be read: No such file or directory; expected a file of a mesh at /",
         "text.stl": "which has no triangles",
@@ -166,8 +166,8 @@ def test_all_that_is_wrong_is_said_at_once_with_places(read):
         "box": "got the sizes 0, 0, -1; expected positive ones",
         "rgba": 'got "0 0 2 1"; expected four numbers from 0 to 1',
     }.items():
-        assert any(name in line and words in line for line in told), (name, told)
-    assert all("robot/link[palm]/visual" in line for line in told)
+        assert any(name in line and words in line for line in reported), (name, reported)
+    assert all("robot/link[palm]/visual" in line for line in reported)
 
 
 def test_files_beyond_the_limit_are_refused(read, monkeypatch):

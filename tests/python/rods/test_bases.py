@@ -193,7 +193,7 @@ def test_more_modes_are_compared_where_they_leave_the_others_as_they_are():
     assert errors["monomial"] == pytest.approx(errors["chebyshev"], rel=0.1)
 
 
-def test_the_default_and_what_is_told():
+def test_the_default_and_given_values():
     assert segment({"bend_y": 2}).basis == "legendre"
     assert segment({"bend_y": 2}) == segment({"bend_y": 2}, basis="legendre")
     for kind in BASES[1:]:

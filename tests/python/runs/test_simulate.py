@@ -1056,12 +1056,12 @@ def test_energy_that_is_supplied_is_not_doubted():
     """A force pushes the body, constant, by a controller, and as a function of time."""
     link = lissom.Link("weight", joint=lissom.Prismatic((1, 0, 0)), body=lissom.Body(1.0))
     commanded = lissom.Load(force=lissom.Input("force", (1, 0, 0)), link="weight")
-    told = lissom.Load(force=lambda t: (t, 0, 0), link="weight")
+    driven = lissom.Load(force=lambda t: (t, 0, 0), link="weight")
     robot = lissom.Robot([link], loads=[commanded])
     runs = [
         lissom.simulate(robot, 1.0),
         lissom.simulate(robot, 1.0, control=lambda t, q, v: [t, 0, 0], control_step=0.02),
-        lissom.simulate(lissom.Robot([link], loads=[told]), 1.0),
+        lissom.simulate(lissom.Robot([link], loads=[driven]), 1.0),
     ]
     for run in runs:
         assert run.doubt is None

@@ -347,15 +347,15 @@ def test_what_a_function_of_time_raises_comes_through_with_what_was_done():
 
 
 def test_progress_is_told_and_may_end_the_rest():
-    told = []
-    lissom.simulate_many(arm(), T_END, q0=np.zeros((20, 3)), dt=1e-3, progress=told.append)
-    assert told == sorted(told)
-    assert told[-1] == 20
+    reported = []
+    lissom.simulate_many(arm(), T_END, q0=np.zeros((20, 3)), dt=1e-3, progress=reported.append)
+    assert reported == sorted(reported)
+    assert reported[-1] == 20
 
-    told.clear()
+    reported.clear()
     models = [arm(), arm(loads=[lissom.Load(force=([0.0, 0.01], [(0, 0, 0), (0, 0, 1e300)]))])]
-    assert not lissom.simulate_many(models, T_END, progress=told.append).success[1]
-    assert told[-1] == 2
+    assert not lissom.simulate_many(models, T_END, progress=reported.append).success[1]
+    assert reported[-1] == 2
 
     def enough(done):
         return done >= 2

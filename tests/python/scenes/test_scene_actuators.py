@@ -251,8 +251,8 @@ def test_a_controller_sets_the_inputs_of_a_scene():
     np.testing.assert_allclose([t for t, _, _ in seen], np.arange(5) * 0.02, atol=1e-15)
     np.testing.assert_array_equal(seen[0][1], scene.q0)
     # As if this had always been the input.
-    told = lissom.Scene.loads(SCENE.replace(TENSION, "3")).run()
-    np.testing.assert_allclose(held.q, told.q, rtol=1e-9, atol=1e-12)
+    reported = lissom.Scene.loads(SCENE.replace(TENSION, "3")).run()
+    np.testing.assert_allclose(held.q, reported.q, rtol=1e-9, atol=1e-12)
     # Without a controller inputs have their defaults.
     default = lissom.Scene.loads(SCENE.replace(TENSION, "2")).run()
     np.testing.assert_array_equal(scene.run().q, default.q)
@@ -354,7 +354,7 @@ def test_actuators_alike_are_told_together():
     assert said.count("t0 to t11") == 3
 
 
-def test_friction_and_lengths_are_told():
+def test_friction_and_lengths_are_explained():
     text = SCENE.replace(
         f"tension = {TENSION}", "length = 0.15\nstiffness = 40\ndamping = 0.5\nfriction = 0.2"
     )
@@ -362,8 +362,10 @@ def test_friction_and_lengths_are_told():
     assert "a spring of 40 N/m, damping 0.5 N s/m; slack below the commanded length" in said
     sliding = "direction of sliding from the rate of its length"
     assert re.search(rf"tendon pull, friction +coefficient 0.2: .*; {sliding}", said)
-    told = lissom.Scene.loads(text.replace("friction = 0.2", "friction = 0.2\nsliding = 1")).model.explain()
-    assert "direction of sliding as commanded" in told
+    reported = lissom.Scene.loads(
+        text.replace("friction = 0.2", "friction = 0.2\nsliding = 1")
+    ).model.explain()
+    assert "direction of sliding as commanded" in reported
 
 
 def test_check_says_what_inputs_are_and_which_tendons_are_slack(path):

@@ -289,11 +289,11 @@ def test_the_command_line_tells_contacts(tmp_path):
     path = SCENES / "falling_rod.toml"
     checked = command("check", path, cwd=tmp_path)
     assert checked.returncode == 0, checked.stderr
-    told = command("explain", path, cwd=tmp_path)
-    assert told.returncode == 0, told.stderr
-    assert "contact floor" in told.stdout
-    assert "friction 0.5" in told.stdout
-    assert "generalised alpha (implicit" in told.stdout
+    explained = command("explain", path, cwd=tmp_path)
+    assert explained.returncode == 0, explained.stderr
+    assert "contact floor" in explained.stdout
+    assert "friction 0.5" in explained.stdout
+    assert "generalised alpha (implicit" in explained.stdout
 
 
 def test_default_names_of_scenes_do_not_collide():

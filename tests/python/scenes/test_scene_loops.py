@@ -254,7 +254,7 @@ def test_the_command_line_refuses_loops_that_cannot_be_closed(tmp_path):
 def test_explain_tells_loops(tmp_path):
     text = BARS + PIN.replace("spherical", "revolute").replace('" }', '", axis = [0, 1, 0] }') + END
     (tmp_path / "bars.toml").write_text(text.replace("0.3, 0, 0", "0.4, 0, 0"))
-    told = command("explain", tmp_path / "bars.toml", cwd=tmp_path).stdout
+    explained = command("explain", tmp_path / "bars.toml", cwd=tmp_path).stdout
     for line in (
         "loop coupler to the world +5 constraints: revolute joint, coupler to the world",
         "closed loops +5 constraints held by multipliers: 7 unknowns of a step",
@@ -263,7 +263,7 @@ def test_explain_tells_loops(tmp_path):
         "method +generalised alpha .*0.8",
         "why +closed loops need numerical damping",
     ):
-        assert any(re.search(line, found) for found in told.splitlines()), (line, told)
+        assert any(re.search(line, found) for found in explained.splitlines()), (line, explained)
 
 
 @pytest.mark.parametrize(("name", "constraints"), [("hoop", 6), ("six_wires", 30)])

@@ -253,8 +253,8 @@ class Controls:
         if self._handle is not None:
             norm = float(np.linalg.norm(motion.force))
             said = f"Force: {norm:.3g} N" if motion.pulled is not None else "Force: none"
-            if motion.let_go:
-                said = f"Let go: {_plain(motion.let_go)}"
+            if motion.release_reason:
+                said = f"Released: {_plain(motion.release_reason)}"
             self._force.content = said
 
 

@@ -142,7 +142,7 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
                 _style(response)
             return response
 
-        async def heard(connection: Any) -> None:
+        async def serve_connection(connection: Any) -> None:
             receive = connection.recv
 
             async def checked(*arguments: Any, **named: Any) -> Any:
@@ -156,7 +156,7 @@ def serve(host: str, port: int, title: str, hosts: Collection[str]) -> Server:
         # A message for a control that is no more raises in a task of its own; the connection goes on.
         asyncio.get_running_loop().set_exception_handler(lambda *_: None)
         options |= {"max_size": LARGEST_MESSAGE, "logger": _SILENT}
-        return create(heard, *place, process_request=check, **options)
+        return create(serve_connection, *place, process_request=check, **options)
 
     with _CREATING, quiet():
         library.serve = guarded  # type: ignore[assignment, misc]

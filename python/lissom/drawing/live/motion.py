@@ -70,7 +70,7 @@ class Motion:
         self.strength = 1.0
         self._trouble = ""
         #: Reason why the last pull was released, unless the user released it.
-        self.let_go = ""
+        self.release_reason = ""
 
     def _free_name(self, name: str) -> str:
         """A name that differs from all inputs of the model."""
@@ -149,7 +149,7 @@ class Motion:
         """
         self._target = np.array(target, float)
         if self.pulled is None or self.pulled[0] != number:
-            self.pulled, self.let_go = (number, self.place(number)), ""
+            self.pulled, self.release_reason = (number, self.place(number)), ""
             tip, held = self.tips[number], self.chunk
             self._spring = spring(self.model, tip, self.q, self.t, self.u, held)
 
@@ -162,7 +162,7 @@ class Motion:
         duration = duration or self.chunk
         self._trouble = self._step(duration)
         if self._trouble and self.pulled is not None and self._simulation.status not in KEPT:
-            self.let_go = self._trouble
+            self.release_reason = self._trouble
             self.release()
             self._trouble = self._step(duration)
         return not self._trouble
@@ -187,5 +187,5 @@ class Motion:
     def reset(self) -> None:
         """Return to the initial state; inputs keep their current values."""
         self.release()
-        self._trouble = self.let_go = ""
+        self._trouble = self.release_reason = ""
         self._simulation.reset(**self._start)

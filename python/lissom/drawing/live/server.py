@@ -64,7 +64,7 @@ class LiveView:
         self._is_served = self._has_ended = False
         # Other threads may read the time during a step.
         self._t = motion.t
-        self._told = 0.0
+        self._reported_at = 0.0
         self._pictures = 0
         self._server = serve(HOST, port, title, allow_hosts)
         show(self._server, dark)
@@ -157,8 +157,8 @@ class LiveView:
         with self._server.atomic():
             ends = self._controls.follow()
             self._canvas.draw(things if ends is None else [*things, self._spring(ends)])
-            if now - self._told > 1.0 / TEXTS:
-                self._told = now
+            if now - self._reported_at > 1.0 / TEXTS:
+                self._reported_at = now
                 self._controls.update()
         self._t = motion.t
         self._pictures += 1

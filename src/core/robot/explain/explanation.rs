@@ -640,7 +640,7 @@ mod tests {
     }
 
     #[test]
-    fn the_basis_and_what_it_costs_in_conditioning_are_told() {
+    fn the_basis_and_its_conditioning_are_explained() {
         let said = |basis, modes| {
             let modes = [0, modes, 0, 0, 0, 0];
             let segment = Segment { modes, basis, ..Segment::straight(1.0, 1e-3, 210e9, 80e9, 7800.0) };

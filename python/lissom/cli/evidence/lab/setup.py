@@ -99,7 +99,7 @@ class Setup:
     def changes(self) -> list[str]:
         """The parameters that are not those of the lab's report, as ``mass 2 kg (report: 1 kg)``."""
         return [
-            f"{each.name.replace('_', ' ')} {_told(self, each)} (report: {_told(LABS, each)})"
+            f"{each.name.replace('_', ' ')} {_as_text(self, each)} (report: {_as_text(LABS, each)})"
             for each in self._changed()
         ]
 
@@ -115,7 +115,7 @@ class Setup:
 LABS = Setup()
 
 
-def _told(setup: Setup, each: Field[Any]) -> str:
+def _as_text(setup: Setup, each: Field[Any]) -> str:
     """A parameter with its unit."""
     return f"{_shown(getattr(setup, each.name))} {each.metadata['unit']}".strip()
 

@@ -391,15 +391,15 @@ GO_SHOWN = (25, 50, 100, 150, 200)
 GO_INERTIA = 1e-8
 
 
-def let_go_shape(x: Array) -> Array:
+def released_shape(x: Array) -> Array:
     """Deflection of the start."""
     return np.asarray(LET_GO * (np.sin(np.pi * x) - np.pi * x * (1.0 - x)))
 
 
 @cache
-def let_go_exact() -> exact_space.Vibration:
+def released_exact() -> exact_space.Vibration:
     """The motion by linear theory."""
-    return exact_space.clamped_motion(1.0, 1e4, 1.0, let_go_shape, GO_TIMES, degree=60)
+    return exact_space.clamped_motion(1.0, 1e4, 1.0, released_shape, GO_TIMES, degree=60)
 
 
 def clamped_beam() -> Robot:
@@ -416,9 +416,9 @@ def clamped_beam() -> Robot:
     )
 
 
-def let_go() -> Answer:
+def released() -> Answer:
     """Deflection of the middle over two periods."""
-    model, wanted = clamped_beam(), let_go_exact()
+    model, wanted = clamped_beam(), released_exact()
     x, w, theta = wanted.x, wanted.start, wanted.angle
     frames = np.tile(np.eye(3), (len(x), 1, 1))
     frames[:, 0, 0] = frames[:, 2, 2] = np.cos(theta)
@@ -607,8 +607,8 @@ CASES = (
         "Case of AeroBeams' biclampedBeam; Timoshenko's linear beam by Chebyshev collocation, all modes",
         "computed",
         "middle after 1/4, 1/2, 1, 3/2 and 2 times 0.28048 s, × 100 000",
-        lambda: let_go_exact().middle[list(GO_SHOWN)] / LET_GO,
-        let_go,
+        lambda: released_exact().middle[list(GO_SHOWN)] / LET_GO,
+        released,
         5e-4,
         others="AeroBeams compares with one mode of 3.5653 Hz; the first frequency is 3.5520 Hz",
     ),

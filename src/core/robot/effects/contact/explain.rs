@@ -75,7 +75,7 @@ mod tests {
     use crate::robot::model::RobotModel;
 
     #[test]
-    fn contacts_are_told_with_what_they_press_and_rub_with() {
+    fn contacts_are_explained_with_their_forces() {
         let segment = Segment { modes: [0, 2, 0, 0, 0, 0], ..Segment::straight(0.5, 0.01, 1e6, 4e5, 1000.0) };
         let rod = Link { rod: vec![segment], ..Link::new("rod") };
         let floor = Surface::Obstacle(HalfSpace { point: [0.0, 0.0, -1.0], normal: [0.0, 0.0, 1.0] }.into());

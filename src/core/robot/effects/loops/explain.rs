@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn loops_are_told_with_what_is_redundant_where_they_are_closed() {
+    fn loops_are_explained_with_redundant_constraints() {
         let explained = |robot: &Robot| RobotModel::new(robot).unwrap().full_explanation().to_string();
         let closed = explained(&bars(0.4));
         for wanted in [
