@@ -1,5 +1,6 @@
-//! Motions about a state that grow, `x exp(s t)` with Re s > 0: of unstable equilibria, under loads that follow a rod, and of bodies that spin
-//! about their middle axes. Methods whose steps are long for s do not follow them, and those that damp what is fast even make them vanish.
+//! Growing small motions about a state, `x exp(s t)` with Re s > 0: about unstable equilibria, under follower loads, and of bodies that spin
+//! about their intermediate axes. Steps that are too long for s do not resolve them, and methods that damp fast motions may even suppress
+//! them.
 
 use nalgebra::DVector;
 
@@ -10,23 +11,23 @@ use crate::model::Static;
 use crate::model::chart::rate_matrix;
 use crate::numerics::linalg::{Complex, Matrix};
 
-/// Upper bound of what grows, relative to the length or to typical coordinates: the motion has left its start then.
+/// Upper bound of growing motions, relative to the length or to typical coordinates: the linearisation does not hold beyond.
 pub(crate) const FARTHEST: f64 = 2.0;
 
 /// Rounding of a state and of its forces, relative to typical coordinates.
 pub(crate) const ROUNDING_OF_STATES: f64 = 2e-15;
 
-/// Motions that grow by less than this factor within the time that is looked at, by a bound, are not looked for.
+/// Growing motions are not computed if a bound shows that they grow by less than this factor in the given time.
 const LITTLE_GROWTH: f64 = 2.0;
 
-/// Displacements by which the motion of the tip is measured, relative to typical coordinates.
+/// Displacement for the finite difference of the motion of the tip, relative to typical coordinates.
 const SMALL: f64 = 1e-4;
 
-/// Steps of finite differences of fourth order, in radians, of the map from angular velocities to rates of rotation vectors: their errors and
-/// rounding are about 1e-10.
+/// Step in radians of fourth-order finite differences of the map from angular velocities to rates of rotation vectors: truncation and
+/// rounding errors are about 1e-10.
 const TURN: f64 = 1e-2;
 
-/// A motion about a state that grows.
+/// A growing motion about a state.
 #[derive(Clone, Debug)]
 pub(crate) struct Growing {
     /// Its complex rate s, and the real part and the absolute value of that, in 1/s.
@@ -37,20 +38,21 @@ pub(crate) struct Growing {
     pub(crate) shape: Vec<f64>,
     /// Amplitude in the state, under constant loads.
     pub(crate) size: f64,
-    /// How far the state departs from an equilibrium, or from a steady spin, in the time of a growth by e, relative to typical coordinates.
+    /// Displacement from an equilibrium, or from a steady spin, in the time of a growth by e, relative to typical coordinates.
     pub(crate) departure: f64,
-    /// Weights of forces at rest, and of displacements, whose sums have the absolute value of the amplitude that they excite.
+    /// Weights of static forces and of displacements: the absolute value of the weighted sum is the excited amplitude.
     pub(crate) of_forces: Vec<Complex>,
     pub(crate) of_places: Vec<Complex>,
 }
 
-/// The amplitude that these forces or displacements excite.
+/// The amplitude excited by these forces or displacements.
 pub(crate) fn amplitude(weights: &[Complex], values: &[f64]) -> f64 {
     weights.iter().zip(values).map(|(weight, value)| weight * value).sum::<Complex>().norm()
 }
 
 impl Growing {
-    /// How far an amplitude of one moves the tip, relative to the length, or coordinates, relative to their typical sizes, whichever is more.
+    /// The larger of two displacements for an amplitude of one: of the tip, relative to the length, and of a coordinate, relative to its
+    /// typical size.
     pub(crate) fn reach<M: Static>(&self, model: &mut M, q: &[f64]) -> f64 {
         let of_coordinates = self.largest(&model.facts().typical_coordinates);
         let little = SMALL / of_coordinates;
@@ -59,7 +61,7 @@ impl Growing {
         of_coordinates.max(if of_tip.is_finite() { of_tip } else { 0.0 })
     }
 
-    /// Elastic stiffness against the motion for masses that move with an amplitude of one, in 1/s^2.
+    /// Elastic stiffness of the motion over its mass, in 1/s^2.
     pub(crate) fn elastic<M: Static>(&self, model: &mut M, q: &[f64]) -> f64 {
         let n = q.len();
         let [mut stiffness, mut mass] = [(); 2].map(|()| Matrix::zeros(n, n));
@@ -73,8 +75,8 @@ impl Growing {
         self.shape.iter().zip(sizes).map(|(x, size)| (x / size).abs()).fold(f64::MIN_POSITIVE, f64::max)
     }
 
-    /// Those of small motions; `shapes` are those of the undamped motion in coordinates, as columns, and `momenta` their products with
-    /// the mass. The state has these velocities and accelerations.
+    /// Growing motions among these small motions. The columns of `shapes` are the undamped modes in coordinates, those of `momenta` their
+    /// products with the mass matrix; `v` and `a` are velocities and accelerations of the state.
     pub(crate) fn of(
         modal: &Modal,
         [shapes, momenta]: [&Matrix; 2],
@@ -95,7 +97,7 @@ impl Growing {
             let sum = |weights: &[Complex], values: &DVector<f64>| -> Complex {
                 weights.iter().zip(values.iter()).map(|(weight, value)| weight * value).sum()
             };
-            // Conjugate motions together are twice the real part of one.
+            // The sum of two conjugate motions is twice the real part of one.
             let both = if motion.rate.im > 0.0 { 2.0 } else { 1.0 };
             let amplitude = both * (sum(of_v, &v) + sum(of_a, &a)) / motion.rate;
             let displacement: Vec<Complex> = (0..shapes.nrows())
@@ -123,8 +125,8 @@ impl Growing {
         found.collect()
     }
 
-    /// Those about a state (q, v, a) of a motion of a model without constraints, within this time. Places of rotation vectors are
-    /// those of the body, in whose axes a steady spin is one. Two tangents and some products of matrices where nothing grows.
+    /// Growing motions about a state (q, v, a) of a model without constraints, in this time. Small rotations of rotation vectors are expressed
+    /// in body axes, in which a steady spin is constant. Cost without growth: two tangents and a few products of matrices.
     pub(crate) fn about<M: Static>(model: &mut M, state: [&[f64]; 3], time: f64) -> Vec<Self> {
         Self::find(model, state, time).unwrap_or_default()
     }
@@ -135,7 +137,7 @@ impl Growing {
         let [mut mass, mut damping, mut stiffness] = [(); 3].map(|()| Matrix::zeros(n, n));
         model.mass_matrix(q, &mut mass);
         let turned = InAxesOfBodies::new(&model.facts().rotation_vectors, q, v);
-        // What falls freely has no weight. Turns are those of the steady spin nearby, whose axes do not accelerate.
+        // A body in free fall is weightless. Rotations are about the nearby steady spin, whose axes do not accelerate.
         let mut steady = a.to_vec();
         for &i in &model.facts().rotation_vectors {
             let spin =
@@ -175,9 +177,9 @@ impl Growing {
     }
 }
 
-/// Whether all motions grow by less than a factor within this time, by a bound. With the energy of the symmetric part of the stiffness, and
-/// masses of one, its derivative is that of what the symmetric part of the damping, and the rest of the stiffness, supply. `None` if the
-/// mass is not positive definite or a number is not finite.
+/// Whether a bound shows that all motions grow by less than a factor in this time. The bound is that of an energy, with unit masses and the
+/// symmetric part of the stiffness: only the symmetric part of the damping and the skew part of the stiffness change it. `None` if the mass
+/// matrix is not positive definite or a number is not finite.
 fn grow_little([mass, damping, stiffness]: [&Matrix; 3], time: f64) -> Option<bool> {
     let n = mass.nrows();
     let is_finite = |a: &&Matrix| a.iter().all(|x| x.is_finite());
@@ -192,7 +194,7 @@ fn grow_little([mass, damping, stiffness]: [&Matrix; 3], time: f64) -> Option<bo
     let (k, d) = (within(stiffness)?, within(damping)?);
     let allowed = 0.5 * LITTLE_GROWTH.ln() / time;
     let supplied = ((&k - k.transpose()) * 0.5).norm();
-    // Each part of the growth: supplied / (2 sqrt(least)), and the negative of the least damping.
+    // The two terms of the bound: supplied / (2 sqrt(least)), and the negative of the lowest damping.
     let least = (0.5 * supplied / allowed).powi(2);
     let rounding = |a: &Matrix| ROUNDING * n as f64 * f64::EPSILON * a.norm();
     let exceeds = |a: &Matrix, least: f64| {
@@ -202,9 +204,9 @@ fn grow_little([mass, damping, stiffness]: [&Matrix; 3], time: f64) -> Option<bo
     Some(exceeds(&k, least) && exceeds(&d, -allowed - rounding(&d)))
 }
 
-/// Coordinates whose rotation vectors are replaced by turns in the axes of their bodies, in which a steady spin is one.
+/// Coordinates in which rotation vectors are replaced by small rotations in body axes, in which a steady spin is constant.
 struct InAxesOfBodies {
-    /// Rates of the coordinates for unit velocities, and the first two derivatives of that map with respect to time, in a steady spin.
+    /// The map from these velocities to rates of the coordinates, and its first two derivatives with respect to time in a steady spin.
     maps: [Matrix; 3],
     /// Velocities, and accelerations of the coordinates in a steady spin.
     velocities: Vec<f64>,
@@ -212,7 +214,7 @@ struct InAxesOfBodies {
 }
 
 impl InAxesOfBodies {
-    /// Of rotation vectors whose first components have these indices. `None` where none turns.
+    /// For rotation vectors whose first components have these indices. `None` if no body rotates.
     fn new(first: &[usize], q: &[f64], v: &[f64]) -> Option<Self> {
         let n = q.len();
         if !first.iter().any(|&i| v[i..i + 3].iter().any(|x| *x != 0.0)) {
@@ -249,7 +251,7 @@ impl InAxesOfBodies {
         Some(Self { maps, velocities, steady })
     }
 
-    /// Mass, damping and stiffness of these motions from those of the coordinates.
+    /// Transforms mass, damping and stiffness matrices to these coordinates.
     fn of([turn, first, second]: &[Matrix; 3], [mass, damping, stiffness]: [Matrix; 3]) -> [Matrix; 3] {
         [
             turn.tr_mul(&(&mass * turn)),
@@ -258,7 +260,7 @@ impl InAxesOfBodies {
         ]
     }
 
-    /// Their accelerations where those of the coordinates are `a`.
+    /// Transforms accelerations of the coordinates.
     fn accelerations(&self, a: &[f64]) -> Option<Vec<f64>> {
         let [turn, first, _] = &self.maps;
         let rest = DVector::from_column_slice(a) - first * DVector::from_column_slice(&self.velocities);

@@ -3,12 +3,12 @@
 /// A radius of two surfaces in contact. Surfaces that are not round have none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Radius {
-    /// The smaller radius. Surfaces count as sunk beyond an overlap of this size.
+    /// The smaller radius. A larger overlap is a deep penetration.
     Smaller,
     /// The larger radius. Beyond an overlap of this size on a straight path, surfaces may be pushed out on
     /// either side.
     Larger,
-    /// A small part of the smaller radius: whether surfaces touch on the way.
+    /// A small part of the smaller radius: whether surfaces touch along the path.
     Touching,
 }
 

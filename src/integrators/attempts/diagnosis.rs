@@ -18,14 +18,14 @@ const STEPS_AFTER_STOP: usize = 2;
 /// largest kinetic energy.
 const EXCITED: f64 = 1e-3;
 
-/// Those are whose energy changes by more than that part of the kinetic one, too.
+/// In addition, the energy must have changed by more than this part of the kinetic energy.
 const CHANGED: f64 = 2e-3;
 
-/// Impacts matter after which surfaces part for more than so many steps. Stopped ones lose no more of a height than `2 g dt^2`, four times
-/// what a step without memory does.
+/// Impacts matter if surfaces separate for more than this number of steps afterwards. Impacts without rebound then lose at most a height of
+/// `2 g dt^2`, four times the loss of a step without memory.
 const FLIGHT: f64 = 4.0;
 
-/// Whether impacts matter with this separation of the surfaces: a criterion that only involves the colliding parts, the same in any frame.
+/// Whether impacts with this separation of surfaces matter. The criterion involves the colliding parts only, so it is the same in all frames.
 pub(crate) fn matters(separation: &Separation) -> bool {
     separation.flight > FLIGHT
 }
@@ -98,24 +98,24 @@ impl<'a> Ends<'a> {
     }
 }
 
-/// What is known, from step to step, of what acts one way only.
+/// State of one-sided forces that persists from step to step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Unilateral {
-    /// Steps still to be made without memory, because one met something that it did not resolve.
+    /// Number of remaining steps without memory after an unresolved impact.
     pub(super) steps_without_memory: usize,
     /// Whether surfaces touch, now and in the step that is tried.
     pub(super) touches: bool,
     pub(super) will_touch: bool,
-    /// Whether they touched in any state that was tried for it.
+    /// Whether they touched in any iterate of that step.
     pub(crate) has_touched: bool,
     pub(super) impacts: Impacts,
-    /// Whether steps of fixed size are made once more where impacts matter; if so, the size of the last one, and how the surfaces that
-    /// meet in it would separate.
+    /// Whether steps of fixed size are repeated if impacts matter; then also the size of the last step, and how the surfaces that collide in
+    /// it would separate.
     resolves: bool,
     size: f64,
     separation: Separation,
-    /// Whether the last step was made once more by a method that resolves its impacts, and whether the one after it excites what it does not
-    /// resolve.
+    /// Whether the last step was repeated by a method that resolves its impacts, and whether the step after it excites unresolved
+    /// vibrations.
     pub(super) resumes: bool,
     is_excited: bool,
     /// The impacts before the last step of fixed size.
@@ -126,9 +126,9 @@ pub(crate) struct Unilateral {
     /// The end of the first of the last steps without inertia that end in unstable equilibria.
     unstable_from: Option<f64>,
     colliding_parts: CollidingParts,
-    /// What the motion has now, if surfaces touch and the last step followed their forces.
+    /// Energies at the current state, if surfaces touch and the last step resolved their forces.
     pub(super) snapshot: Option<EnergySnapshot>,
-    /// Displacements somewhere on the way, and memory of [`have_missed`].
+    /// Displacements at a time within the step, and memory of [`have_missed`].
     place: Vec<f64>,
     memory: Vec<f64>,
 }
@@ -245,8 +245,8 @@ impl Unilateral {
         Ok(model.gains_energy(ends.before(), ends.after(), ends.h, check))
     }
 
-    /// Whether a step that follows on impacts that were resolved excites what it does not resolve: its accelerations change by more than
-    /// velocities can bear, and what it has changes where nothing takes or gives any. It is made once more, too.
+    /// Whether a step after resolved impacts excites vibrations that it does not resolve: the change of its accelerations would change
+    /// velocities considerably, and its energy changes without dissipation or supply. Such a step is repeated, too.
     pub(super) fn excites<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -274,7 +274,7 @@ impl Unilateral {
         Ok(self.is_excited)
     }
 
-    /// Whether the last step of fixed size follows on impacts that were resolved, and excites what it does not resolve.
+    /// Whether the last step of fixed size followed resolved impacts and excited unresolved vibrations.
     pub(crate) fn is_excited(&self) -> bool {
         self.is_excited
     }
@@ -295,7 +295,7 @@ impl Unilateral {
         };
         let after = snapshot(model, ends.t[1], motions[1])?;
         if let (Some(before), Some(after)) = (&before, &after) {
-            // The parts that take part are found at an end at which surfaces touch.
+            // Colliding parts are determined at an end at which surfaces touch.
             self.colliding_parts.find(model, motions[usize::from(self.will_touch)]);
             let states = motions.map(|[q, v, _]| [q, v]);
             let kinetic = [(states[0], before), (states[1], after)]
@@ -318,12 +318,12 @@ impl Unilateral {
         self.steps_without_memory = self.steps_without_memory.min(usize::from(has_contact));
     }
 
-    /// What acts has jumped, or velocities have.
+    /// Forgets the energies after a jump of forces or velocities.
     pub(crate) fn forget(&mut self) {
         self.snapshot = None;
     }
 
-    /// Steps of fixed size are made once more where impacts matter, or not.
+    /// Sets whether steps of fixed size are repeated if impacts matter.
     pub(crate) fn set_resolving(&mut self, resolves: bool) {
         self.resolves = resolves;
     }
@@ -346,7 +346,7 @@ impl Unilateral {
         (self.size, self.separation, self.is_excited) = (h, Separation::default(), false);
     }
 
-    /// Records how surfaces that meet in a step, or in a part of one, or that touch at its start only, would separate.
+    /// Records how surfaces would separate that collide during a step or a part of one, or that touch at its start only.
     pub(super) fn follow_separation<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -368,7 +368,7 @@ impl Unilateral {
         Ok(())
     }
 
-    /// How surfaces would separate that meet in a step and are apart at its end, by their overlap without contact forces. Allocates.
+    /// How surfaces would separate that collide during a step and are apart at its end, from their overlap without contact forces. Allocates.
     fn separation_without_contact<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -387,12 +387,12 @@ impl Unilateral {
         Ok(model.separation(v, [&self.place, v, &a], ends.h, self.size))
     }
 
-    /// How surfaces that have met in the last step of fixed size would separate.
+    /// How surfaces that have collided in the last step of fixed size would separate.
     pub(crate) fn separation(&self) -> Separation {
         self.separation
     }
 
-    /// Whether the energy of impacts that the last step has stopped counts as lost: not if impacts are resolved and these do not matter.
+    /// Whether the energy of impacts without rebound in the last step counts as lost: not if impacts are resolved and these do not matter.
     pub(super) fn counts(&self) -> bool {
         !self.resolves || matters(&self.separation)
     }
@@ -428,14 +428,14 @@ impl Unilateral {
             let (steps, first) = (self.snaps, Number(self.first_snap));
             let steps = if steps == 1 { "one step".to_owned() } else { format!("{steps} steps") };
             return Some(format!(
-                "In {steps}, first in the one to t = {first}, no equilibrium is near: what sticks lets go, a shape snaps to another one, or \
-                 nothing holds a part. Such steps lose the energy of that. Where it decides what follows, use a method with inertia."
+                "In {steps}, first in the one to t = {first}, no equilibrium is near: a contact begins to slip, the shape snaps through to another \
+                 one, or a part is not supported. Such steps lose the energy of this motion. If it matters for the result, use a method with inertia."
             ));
         }
         if let Some(t) = self.unstable_from {
             return Some(format!(
-                "From t = {} on the shape is an unstable equilibrium, which steps without inertia do not leave: take shorter ones up to there, \
-                 so that they follow the branch that is stable, disturb the shape a little, or use a method with inertia.",
+                "From t = {} on the shape is an unstable equilibrium, which steps without inertia do not leave: take shorter steps up to this time, \
+                 so that they follow the stable branch, perturb the shape slightly, or use a method with inertia.",
                 Number(t)
             ));
         }

@@ -168,7 +168,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         unilateral.diagnose(model_of(self.system), &ends, kind)
     }
 
-    /// Makes a step, or a part of one. Steps without memory or without inertia must be sound.
+    /// Makes a step, or a part of one. Steps without memory or without inertia must be valid.
     fn part(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
         if let Err(failure) = self.try_step(t_new, h, memory)? {
             return Ok(Err(failure));

@@ -1,9 +1,9 @@
-//! Motions that grow from a state, such as the fall of a pendulum from its upper position, and the steps that follow them.
+//! Motions that grow from a state, such as the fall of a pendulum from its upper position, and the steps that resolve them.
 //!
-//! Radau's method damps what grows by more than a factor of e^4 in a step, and the errors of steps that are short for a coordinate of its
-//! typical size are large for one of 1e-4 of it: two runs that both step over a growth agree with each other, but not with the exact motion.
-//! Therefore steps follow what grows to a visible size, as they follow vibrations, until it has that size; from then on errors show in the
-//! difference of two runs. Growth of rounding cannot be followed by any steps.
+//! Radau's method damps motions that grow by more than a factor of e^4 in a step. Error estimates do not show this as long as the motion is
+//! small: errors that are small relative to the typical size of a coordinate are large relative to 1e-4 of it. Two runs that do not resolve a
+//! growth agree with each other, but not with the exact motion. Therefore steps resolve motions that grow to a visible size, as they resolve
+//! vibrations, until they have this size; from then on the difference of two runs shows the error. No steps resolve the growth of rounding.
 
 use std::cmp::Ordering;
 
@@ -12,16 +12,16 @@ use crate::analysis::growing::{FARTHEST, Growing, ROUNDING_OF_STATES};
 use crate::model::Model;
 use crate::simulation::simulate::unstable_equilibrium;
 
-/// Motions that grow no farther than this fraction of what was asked need not be followed.
+/// Motions that grow to at most this fraction of the requested accuracy need not be resolved.
 const NEGLECTED: f64 = 0.25;
 
-/// Fraction of what was asked that each growing motion may use in the first run.
+/// Fraction of the requested accuracy that each growing motion may use in the first run.
 const SHARE: f64 = 0.75;
 
-/// Longest step over the time of a growth by e: from there on errors of steps are not those of the lowest order.
+/// Longest step, relative to the time of a growth by e: for longer steps, the leading term does not describe the error.
 const LONGEST: f64 = 1.0;
 
-/// What grows from a state.
+/// A motion that grows from a state.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Growth {
     /// Rate of growth, and absolute value of the complex rate, in 1/s.
@@ -29,16 +29,16 @@ pub(super) struct Growth {
     speed: f64,
     /// Natural logarithm of the factor by which rounding grows.
     exponent: f64,
-    /// Where the growth of what the state excites ends, relative to the length or to typical coordinates; zero if that is rounding.
+    /// Final size of the motion, relative to the length or to typical coordinates; zero if the state excites only rounding.
     reach: f64,
-    /// Radians and factors of e that the growth passes until then.
+    /// Absolute value of the complex rate times the duration of the growth.
     radians: f64,
-    /// Elastic stiffness over what holds back or drives.
+    /// Elastic stiffness over the square of the speed times the mass.
     held: f64,
 }
 
 impl Growth {
-    /// In a state q from which this goes on for so long. `size` is the amplitude that the state, or loads, excite.
+    /// Growth from a state q for at most this time. `size` is the amplitude that the state or loads excite.
     pub(super) fn new<M: Model>(model: &mut M, q: &[f64], growing: &Growing, size: f64, time: f64) -> Self {
         let begins = size * growing.reach(model, q);
         let lasts = |begins: f64| ((FARTHEST / begins).ln() / growing.rate).clamp(0.0, time);
@@ -54,7 +54,7 @@ impl Growth {
         }
     }
 
-    /// Follows also what the start excites at this speed, and steps may lose until the growth begins, if this part of it grows to a visible size.
+    /// Also resolves this speed, at which the start excites the growth, if this part of the growth becomes visible.
     pub(super) fn follow_from(&mut self, part: f64, speed: f64, wanted: f64) {
         if part * self.reach > NEGLECTED * wanted {
             self.speed = self.speed.max(speed);
@@ -65,12 +65,12 @@ impl Growth {
         a.exponent.total_cmp(&b.exponent)
     }
 
-    /// Whether steps must follow it for this accuracy.
+    /// Whether steps must resolve it for this accuracy.
     fn is_visible(&self, wanted: f64) -> bool {
         self.reach > NEGLECTED * wanted
     }
 
-    /// The rate in 1/s that is to be followed for this accuracy; zero for none.
+    /// The speed in 1/s that steps must resolve for this accuracy; zero if none.
     pub(super) fn visible_speed(&self, wanted: f64) -> f64 {
         if self.is_visible(wanted) { self.speed } else { 0.0 }
     }
@@ -80,7 +80,7 @@ impl Growth {
         self.reach * (self.radians * integrator.error_of_a_radian(self.speed, step)).min(1.0)
     }
 
-    /// Error if stiffnesses are wrong by so much that frequencies are by this part of them.
+    /// Error if the relative error of stiffnesses is such that frequencies have this relative error.
     pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
         self.reach * (self.radians * self.held * relative).min(1.0)
     }
@@ -95,7 +95,7 @@ impl Growth {
         integrator.step_of_error(allowed).min(LONGEST * integrator.shorter(tightening)) / self.speed
     }
 
-    /// A doubt about a motion that begins within rounding of another one, which goes elsewhere.
+    /// A warning about a motion that starts within rounding of a diverging one.
     pub(super) fn doubt(growths: &[Self], wanted: f64) -> Option<String> {
         let exponent: f64 = growths.iter().map(|growth| growth.exponent).sum();
         let grown = ROUNDING_OF_STATES * exponent.exp();

@@ -1,8 +1,9 @@
-//! What steps make of motions that grow from the start of a run: from an unstable equilibrium, under loads that follow a rod, or from a spin
-//! about a middle axis.
+//! Errors of steps in motions that grow from the start of a run: from an unstable equilibrium, under follower loads, or from a spin about an
+//! intermediate axis.
 //!
-//! Over a step, `x exp(s t)` becomes `R(s h) x`, with the stability function R of the method in place of the exponential. What follows from
-//! that until the motion has left the neighbourhood of its start is known from the start; nothing is computed where nothing grows.
+//! A step of size h multiplies a motion `x exp(s t)` by `R(s h)`, with the stability function R of the method in place of the exponential.
+//! The resulting error, up to the time at which the motion is no longer small, follows from the rates at the start; nothing is computed
+//! without growth.
 
 use std::cmp::Ordering;
 
@@ -20,32 +21,32 @@ const WORTH_A_WARNING: f64 = 2e-2;
 /// Models with more coordinates are not checked: their rates would cost more than a short run.
 const MOST_COORDINATES: usize = 100;
 
-/// The start is near an equilibrium, or a steady spin, if it departs from it by less than this, relative to typical coordinates, within the
-/// time of a growth by e.
+/// The start is near an equilibrium or a steady spin if the displacement from it in the time of a growth by e is less than this, relative to
+/// typical coordinates.
 const NEAR: f64 = 0.1;
 
-/// The same of states that are passed later: what departs farther from the state excites its growth, too, and is found large already.
+/// The same for later states. It may be larger, since the size of the motion there includes the growth that this displacement excites.
 const PASSES_NEAR: f64 = 0.5;
 
-/// Number of times, after what grows from the start has become large, at which the motion may be near such a state again.
+/// Number of times at which later states are checked, after the growth from the start has become large.
 const LOOKS: f64 = 16.0;
 
-/// What a method makes of a growth.
+/// The stability function of a method.
 enum Steps {
     Newmark(Scheme),
     Radau,
     Explicit(Tableau),
 }
 
-/// A motion that grows.
+/// A growing motion.
 struct Growth {
     /// Complex rate in 1/s.
     rate: Complex,
     /// Size at the start, relative to the length or to typical coordinates.
     begins: f64,
-    /// Until when it is small, at most.
+    /// Time at which it is no longer small, at the latest the end of the run.
     until: f64,
-    /// Sum of the relative errors of all steps until then.
+    /// Sum of the relative errors of all steps up to this time.
     error: f64,
 }
 
@@ -53,27 +54,27 @@ struct Growth {
 struct Passed {
     t: f64,
     rate: f64,
-    /// Error at the end by what grows from there of the errors of steps before.
+    /// Error at the end of the run: earlier errors of steps that grow from there.
     lost: f64,
 }
 
-/// What grows from the start of a run.
+/// Errors of motions that grow from the start of a run.
 pub(super) struct GrowthErrors {
     steps: Steps,
     t_span: (f64, f64),
     last: f64,
     longest: f64,
-    /// Size of the last step, and the errors that one of this size makes of each growth.
+    /// Size of the last step, and the relative error of each growth in a step of this size.
     known: (f64, Vec<f64>),
     growths: Vec<Growth>,
-    /// The worst state that was passed, and when it is looked for again.
+    /// The state with the largest error so far, the time of the next check, and the time between checks.
     passed: Option<Passed>,
     next: f64,
     between: f64,
 }
 
 impl GrowthErrors {
-    /// Of a run from the state (q, v, a). `None` where nothing grows visibly, for large models and for constrained ones.
+    /// For a run from the state (q, v, a). `None` without visible growth, for large models and for constrained ones.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
@@ -82,7 +83,7 @@ impl GrowthErrors {
     ) -> Option<Self> {
         let (n, duration) = (model.facts().n, t_span.1 - t_span.0);
         let is_free = model.facts().constraints() == 0 && method.has_inertia();
-        // Rods that move are in no steady state.
+        // A moving rod is not in a steady state.
         let is_steady = !model.facts().is_discretised || v.iter().all(|v| *v == 0.0);
         if !is_free || !is_steady || n > MOST_COORDINATES || duration.is_nan() || duration <= 0.0 {
             return None;
@@ -112,14 +113,14 @@ impl GrowthErrors {
         Some(Self { steps, t_span, last, longest, known, growths, passed, next, between })
     }
 
-    /// Takes note of a step to this state.
+    /// Records a step to this state.
     pub(super) fn step<M: Model>(&mut self, model: &mut M, state: State<'_>) {
         let t = state.t;
         let step = t - self.last;
         let (steps, last) = (&self.steps, self.last);
         self.last = t;
         self.longest = self.longest.max(step);
-        // Rounding of the times of fixed steps is no other step.
+        // Sizes of fixed steps differ by the rounding of times.
         if (step - self.known.0).abs() > 1e-6 * step {
             self.known.0 = step;
             let rates = self.growths.iter().map(|growth| growth.rate * step);
@@ -135,7 +136,7 @@ impl GrowthErrors {
         }
     }
 
-    /// Whether the motion of rigid bodies is near a state from which errors of the steps before grow.
+    /// Checks whether the motion of rigid bodies is near a state from which earlier errors of steps grow.
     fn check_state<M: Model>(&mut self, model: &mut M, State { t, q, v, a }: State<'_>) {
         let before =
             self.growths.iter().map(|growth| growth.error_of_steps(self.t_span.0)).fold(0.0, f64::max);
@@ -190,7 +191,7 @@ impl GrowthErrors {
     }
 }
 
-/// A doubt about a motion that begins within rounding of another one, which goes elsewhere. Deviations grow by `exp(exponent)`.
+/// A warning about a motion that starts within rounding of a diverging one. Deviations grow by `exp(exponent)`.
 pub(crate) fn unstable_equilibrium(rate: f64, exponent: f64) -> String {
     format!(
         "The motion is near an unstable equilibrium or an unstable spin, where deviations grow by a factor of e in {:.1e} s ({rate:.3} per second), by 1e{:.0} within \
@@ -202,12 +203,12 @@ pub(crate) fn unstable_equilibrium(rate: f64, exponent: f64) -> String {
 }
 
 impl Growth {
-    /// Its size where it is no longer small, or at the end.
+    /// Its size at the time `until`.
     fn ends(&self, t0: f64) -> f64 {
         self.begins.max(ROUNDING_OF_STATES) * (self.rate.re * (self.until - t0)).exp()
     }
 
-    /// Error by steps at that time.
+    /// Error due to steps at that time.
     fn error_of_steps(&self, t0: f64) -> f64 {
         if self.begins <= ROUNDING_OF_STATES {
             0.0

@@ -1,8 +1,8 @@
-//! Impacts that steps of fixed size stop: such a step is made once more, by a method that resolves them.
+//! Resolves impacts that steps of fixed size do not: such a step is repeated by a method with shorter steps.
 //!
-//! What meets within a step should rebound as its law of contact says. An impulse by the masses of the model would not do: for
-//! rods the mass at the place of an impact is that of the discretisation, and waves make the rebound. So the law stays as it is, and
-//! only the steps in which something rebounds take shorter ones, by Radau's method with an error estimate.
+//! Bodies that collide within a step should rebound according to the contact law. Impulses computed from the masses of the model would be
+//! wrong: the effective mass of a rod at an impact depends on the discretisation, and its rebound is due to waves. Therefore the contact
+//! law is integrated, but only in steps with a rebound, by Radau's method with an error estimate.
 
 use std::f64::consts::PI;
 
@@ -14,36 +14,38 @@ use crate::integrators::second_order::{Counters, Status};
 use crate::model::{Facts, Model, Separation};
 use crate::numerics::tape::Tape;
 
-/// Tolerance of the steps within, relative to what the step changes velocities by: balls rebound with 1.0000 of their energy, and none is
-/// gained but 2e-4. So is that of displacements, relative to these changes times the step.
+/// Tolerance of velocities in the short steps, relative to the change of velocities over the fixed step: balls rebound with 1.0000 of their
+/// energy, and gains of energy are at most 2e-4. The tolerance of displacements is that of velocities times the fixed step.
 const TOLERANCE: f64 = 1e-4;
 
-/// Velocities count as changed by this part of the largest change, all in typical sizes: what hardly takes part needs no digits.
+/// The change of a velocity counts as at least this part of the largest change, in typical sizes: coordinates that hardly take part in an
+/// impact need no accuracy.
 const NEGLIGIBLE_CHANGE: f64 = 1e-4;
 
-/// The first step within an impact is that part of it.
+/// The first step of an impact, relative to the duration of the impact.
 const FIRST_STEP: f64 = 0.1;
 
-/// The time at which surfaces meet is found to that part of an impact.
+/// Tolerance of the time at which surfaces begin or cease to touch, relative to the duration of the impact.
 const CONTACT_TIME_TOLERANCE: f64 = 1e-3;
 
-/// Maximum number of halvings until then.
+/// Maximum number of bisections to find this time.
 const MOST_HALVINGS: usize = 40;
 
-/// Changes of coordinates by this part of their typical sizes are rounding.
+/// Changes of coordinates by less than this part of their typical sizes are rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// So are changes of a coordinate by this part of it, also of what moves along: two units in the last place.
+/// Rounding of a coordinate relative to its value, and to its displacement in a step: two units in the last place.
 const TWO_ULPS: f64 = 2.0 * f64::EPSILON;
 
-/// Rounding of more than this part of what coordinates move by in an impact causes a doubt: the rebound is off by about as much.
+/// Rounding of coordinates above this part of their displacement in an impact causes a warning: the relative error of the rebound is about
+/// as large.
 const LARGEST_ROUNDING: f64 = 1e-2;
 
-/// Evaluations, times coordinates and parts that may meet each other, for which impacts are resolved however few the others are: a tenth of a
-/// second or so. A rod of rubber that falls on its end takes a sixth of it, one a thousand times as stiff most.
+/// Allowance for impacts that does not depend on the rest of the run: the product of the numbers of evaluations, coordinates and parts,
+/// about a tenth of a second. A rubber rod that falls on its end needs a sixth of it, and a thousand times stiffer rod most of it.
 const FREE_WORK: usize = 120_000;
 
-/// In addition, one evaluation for this number of others.
+/// Number of other evaluations of the run for each further evaluation that impacts may take.
 const OTHERS_PER_EVALUATION: usize = 2;
 
 /// A step is attempted if the allowed work is at least the work of the last failed attempt divided by this.
@@ -54,29 +56,28 @@ const RETRY_RATIO: usize = 4;
 pub(super) struct ImpactResolver {
     /// Evaluations so far.
     used: usize,
-    /// Evaluations of the last step that took more than allowed.
+    /// Evaluations of the last attempt that exceeded its allowance.
     failed_work: usize,
     /// Whether an impact that matters has not been resolved, because it would have taken too much work.
     is_exhausted: bool,
-    /// If the last step was resolved and ended within an impact, the duration of this impact in seconds, which the next step continues.
+    /// Duration in seconds of an impact that had not ended at the end of the last resolved step; zero if there is none.
     unfinished_impact: f64,
-    /// Tolerances of velocities in the last step that was resolved.
+    /// Tolerances of velocities in the last resolved step.
     tolerances: Vec<f64>,
-    /// The motion within the last step, if that was resolved.
+    /// The motion during the last step, if it was resolved.
     within: ResolvedMotion,
-    /// The largest part of an impact that is rounding, and when that was.
+    /// The largest rounding relative to the displacement in an impact, and its time.
     rounding: (f64, f64),
 }
 
-/// A step to be made once more: its times, the displacements and velocities that it began with, and how long the shortest impact in it
-/// takes.
+/// A step to be repeated: its times, the displacements and velocities at its start, and the duration of the shortest impact in it.
 pub(super) struct Step<'a> {
     pub(super) t_span: (f64, f64),
     pub(super) before: [&'a [f64]; 2],
     pub(super) impact: f64,
 }
 
-/// A step made once more.
+/// A repeated step.
 pub(super) struct Resolved {
     /// Displacements, velocities, and accelerations with multipliers behind them.
     pub(super) motion: [Vec<f64>; 3],
@@ -84,10 +85,10 @@ pub(super) struct Resolved {
     pub(super) touches: bool,
 }
 
-/// Work of a tangent, in evaluations.
+/// Cost of a tangent, in evaluations.
 const TANGENT: usize = 5;
 
-/// The same of single coordinates: norms of errors are means of all, of which few may take part.
+/// Tolerance of single coordinates: error norms are means over all coordinates, of which few may take part in an impact.
 fn single_tolerance(n: usize) -> f64 {
     TOLERANCE / (n as f64).sqrt()
 }
@@ -97,7 +98,7 @@ fn work_of(counters: &Counters) -> usize {
 }
 
 impl ImpactResolver {
-    /// Of a run of `n` coordinates that has resolved nothing yet.
+    /// For a run of `n` coordinates.
     pub(super) fn new(n: usize) -> Self {
         Self {
             used: 0,
@@ -115,13 +116,13 @@ impl ImpactResolver {
         self.within.clear();
     }
 
-    /// The motion within the last step, if that was resolved.
+    /// The motion during the last step, if it was resolved.
     pub(super) fn within(&self) -> Option<&ResolvedMotion> {
         Some(&self.within).filter(|within| !within.is_empty())
     }
 
-    /// How long impacts take, in seconds, for which the last step is made once more; nothing where none matter. The step has led from the
-    /// velocities `before` to those that it `found`, `h` later.
+    /// Duration in seconds of the shortest impact for which the last step must be repeated, if any. `before` and `found` are the velocities
+    /// at both ends of the step of size `h`.
     pub(super) fn impact_to_follow(
         &mut self,
         unilateral: &Unilateral,
@@ -131,7 +132,7 @@ impl ImpactResolver {
     ) -> Option<f64> {
         let separation = &unilateral.separation();
         let unfinished_impact = std::mem::take(&mut self.unfinished_impact);
-        // What an impact has excited is followed as long as steps do not.
+        // Vibrations that an impact has excited are resolved as long as the fixed steps do not resolve them.
         let follows = if unilateral.is_excited() { h } else { unfinished_impact };
         if !matters(separation) && follows == 0.0 {
             return None;
@@ -139,7 +140,7 @@ impl ImpactResolver {
         if unfinished_impact == 0.0 {
             self.tolerances.fill(0.0);
         }
-        // Where surfaces let go velocities hardly change any more.
+        // While surfaces separate, velocities hardly change, so tolerances must not shrink.
         let sizes = &facts.typical_coordinates;
         let changes = before.iter().zip(found).map(|(before, found)| (found - before).abs());
         let largest = changes.clone().zip(sizes).map(|(change, size)| change / size);
@@ -151,7 +152,7 @@ impl ImpactResolver {
         Some(if matters(separation) { separation.impact } else { follows })
     }
 
-    /// What touches at the end of a resolved step parts so.
+    /// Records how surfaces that touch at the end of a resolved step will separate.
     pub(super) fn set_unfinished_impact(&mut self, separation: &Separation) {
         self.unfinished_impact = if matters(separation) { separation.impact } else { 0.0 };
     }
@@ -173,7 +174,7 @@ impl ImpactResolver {
         allowed
     }
 
-    /// The step of `model` made once more, with what it took; nothing where it takes more evaluations than are allowed.
+    /// Repeats a step of `model`. Returns the work too; no step if it takes more evaluations than are allowed.
     pub(super) fn resolve<M: Model>(
         &mut self,
         model: &mut M,
@@ -221,8 +222,8 @@ impl ImpactResolver {
         Ok((Some(Resolved { motion, touches }), work))
     }
 
-    /// Absolute tolerances of places and velocities in a step of this size from such a state, the rounding of places and what an impact makes of it
-    /// included.
+    /// Absolute tolerances of displacements and velocities in a step of this size from a state. They include the rounding of coordinates and
+    /// its effect on velocities in an impact.
     fn atol(&self, [q, v]: [&[f64]; 2], impact: f64, h: f64) -> Vec<f64> {
         let rounding = || q.iter().zip(v).map(|(q, v)| TWO_ULPS * q.abs().max(h * v.abs()));
         let of_places =
@@ -233,7 +234,7 @@ impl ImpactResolver {
         of_places.chain(of_rates).collect()
     }
 
-    /// Records which part of the overlap in an impact is rounding, in a step from there to `t`, by the coordinate whose velocity changes most.
+    /// Records the rounding relative to the displacement in an impact, for the coordinate whose velocity changes most in the step to `t`.
     fn follow_rounding(&mut self, q: &[f64], sizes: &[f64], impact: f64, t: f64) {
         let changes = self.tolerances.iter().map(|tolerance| tolerance / single_tolerance(q.len()));
         let most = q.iter().zip(changes).zip(sizes).max_by(|((_, one), of_one), ((_, other), of_other)| {
@@ -251,21 +252,21 @@ impl ImpactResolver {
         let (part, t) = self.rounding;
         (part > LARGEST_ROUNDING).then(|| {
             format!(
-                "At t = {t:.3} s the rounding of coordinates is {:.0e} of what surfaces move by in an impact, and the rebound is off by as much. Begin \
-                 nearer to the origin, in a frame that moves along, or take a lower `stiffness`.",
+                "At t = {t:.3} s the rounding of coordinates is {:.0e} of the displacement of surfaces in an impact, and the relative error of the rebound is as large. Start \
+                 closer to the origin, in a frame that moves along, or with a lower `stiffness`.",
                 part
             )
         })
     }
 
-    /// What goes on from step to step, beside the rest.
+    /// Serialises the largest rounding, which earlier memories lack.
     pub(super) fn serialise_rounding(&mut self, tape: &mut Tape<'_>) {
         let (part, t) = &mut self.rounding;
         tape.number(part);
         tape.number(t);
     }
 
-    /// What goes on from step to step.
+    /// Serialises all data that persist from step to step, except for the rounding.
     pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.count(&mut self.used);
         tape.count(&mut self.failed_work);
@@ -275,21 +276,22 @@ impl ImpactResolver {
     }
 }
 
-/// A step in parts that end where surfaces meet and separate: forces have a kink there, and error estimates of steps across it are unreliable.
+/// Divides a step at the times at which surfaces begin or cease to touch: forces have kinks there, and error estimates of steps across
+/// kinks are unreliable.
 struct ContactIntervals {
     t_end: f64,
-    /// How long the shortest impact takes.
+    /// Duration of the shortest impact.
     impact: f64,
-    /// Whether surfaces touch where the next step begins.
+    /// Whether surfaces touch at the start of the next step.
     touches: bool,
-    /// Memory for a place, and for velocities and accelerations there.
+    /// Memory for displacements, velocities and accelerations.
     q: Vec<f64>,
     rates: [Vec<f64>; 2],
 }
 
 impl ContactIntervals {
-    /// Lets the next step, from where no surfaces touch, end where some do: steps over that are too long by orders of magnitude, and are
-    /// shortened one after another. The next one after it is short.
+    /// Ends the next step, at whose start no surfaces touch, where surfaces begin to touch: a step across this time is too long by orders of
+    /// magnitude and would be rejected several times. The step after it is short.
     fn end_at_contact<M: Model>(
         &mut self,
         model: &mut M,
@@ -314,7 +316,7 @@ impl ContactIntervals {
         Ok(())
     }
 
-    /// Whether surfaces have separated within the step: it is then taken back, and the next one ends there.
+    /// Whether surfaces have separated during the step: it is then undone, and the next one ends at that time.
     fn has_separated<M: Model>(
         &mut self,
         model: &mut M,
@@ -344,7 +346,7 @@ impl ContactIntervals {
     }
 }
 
-/// Bisects an interval, at whose end a condition holds that does not hold at its beginning, to this length.
+/// Bisects an interval to this length; a condition holds at its end, but not at its beginning.
 fn bisect(
     [mut before, mut behind]: [f64; 2],
     length: f64,

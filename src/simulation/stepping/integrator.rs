@@ -118,7 +118,7 @@ impl<M: Model> Integrator<M> {
         }
     }
 
-    /// Makes a step of fixed size that has stopped an impact, or follows one by few steps, once more, by a method that resolves it.
+    /// Repeats a step of fixed size with an impact, or shortly after one, by a method that resolves it.
     pub(super) fn resolve_impact(&mut self, impact_resolver: &mut ImpactResolver) -> Result<(), Interrupted> {
         let Self::Newmark { model, stepper, .. } = self else { return Ok(()) };
         let (t_span, [q, v]) = ((stepper.t_old(), stepper.t()), stepper.before());
@@ -138,7 +138,7 @@ impl<M: Model> Integrator<M> {
         stepper.end_instead([&q, &v, &a], touches);
         if touches {
             model.set_time(t_span.1)?;
-            // Until surfaces let go.
+            // The impact lasts until surfaces separate.
             impact_resolver.set_unfinished_impact(&model.separation(
                 &v,
                 [&q, &v, &a[..q.len()]],
@@ -461,7 +461,7 @@ impl<M: Model> Integrator<M> {
 fn check_damps_constraints(options: &newmark::Options) -> Result<(), InvalidInput> {
     let (scheme, mut check) = (options.scheme, Checker::new());
     let expected = "a method that damps what is infinitely fast: \"generalised_alpha\" with rho_inf < 1, \"hht\" with alpha < 0, \
-                    or \"newmark\" with gamma > 0.5; the forces in closed loops swing ever more with others";
+                    or \"newmark\" with gamma > 0.5; with other methods the forces in closed loops oscillate with growing amplitude";
     check.require(scheme.damps() && scheme.beta() > 0.0, "method", "one without damping", expected);
     let expected = "\"analytic\": closed loops are held by exact derivatives";
     check.require(options.derivative == Derivative::Analytic, "jac", "differences", expected);

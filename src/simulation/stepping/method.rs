@@ -62,7 +62,7 @@ impl Method {
         !matches!(self, Self::Newmark(options) if !options.scheme.has_inertia())
     }
 
-    /// Whether steps of fixed size that stop an impact of a model with these facts are made once more.
+    /// Whether steps of fixed size are repeated if an impact of a model with these facts is not resolved.
     pub(crate) fn resolves_impacts(&self, facts: &Facts) -> bool {
         self.fixed_step().is_some()
             && matches!(self, Self::Newmark(options) if options.impacts.are_resolved(facts))

@@ -126,14 +126,14 @@ impl PrescribedWatch {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).fold(f64::INFINITY, f64::min);
         let [dragged, left] = [dragged, left].map(|off| off / (1.0 + (slowest * MEMORY * self.dt).powi(2)));
         let found = if dragged > DRAGGED {
-            format!("is dragged along by up to {:.0} % of its way", (100.0 * dragged).min(100.0))
+            format!("is displaced by up to {:.0} % of this motion", (100.0 * dragged).min(100.0))
         } else if left > DRAGGED {
             format!("keeps up to {:.0} % of its largest velocity", (100.0 * left).min(100.0))
         } else {
             return None;
         };
         Some(format!(
-            "A prescribed motion lasts only a few steps of {} s, too few for its accelerations: what moves freely behind it {found}. \
+            "A prescribed motion lasts only a few steps of {} s, too few to resolve its accelerations: what moves freely behind it {found}. \
              Take steps of {:.1e} s or less, or method \"radau\".",
             Number(self.dt),
             self.dt * (DRAGGED / dragged).sqrt().min(DRAGGED / left)

@@ -1,16 +1,16 @@
-//! The motion within a step of fixed size that was made once more, by steps of another method.
+//! The motion during a step of fixed size that was repeated by shorter steps of another method.
 
 use crate::integrators::radau;
 use crate::simulation::balance::State;
 
-/// Steps of Radau's method, one after another, over the last step of fixed size; none where that was not made once more.
+/// Consecutive steps of Radau's method over the last step of fixed size; none if that was not repeated.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ResolvedMotion {
     /// Number of coordinates.
     n: usize,
     /// Times at both ends of each step.
     t: Vec<[f64; 2]>,
-    /// Displacements, velocities and accelerations at its start, and then at its end, which the next one may write in other rotation vectors.
+    /// Displacements, velocities and accelerations at the start and at the end of each step. The next step may use other rotation vectors.
     motions: Vec<f64>,
 }
 
@@ -18,7 +18,7 @@ pub(super) struct ResolvedMotion {
 const KINDS: usize = 3;
 
 impl ResolvedMotion {
-    /// Of a step of `n` coordinates that is not made yet.
+    /// An empty motion of `n` coordinates.
     pub(super) fn new(n: usize) -> Self {
         Self { n, ..Self::default() }
     }
@@ -29,7 +29,7 @@ impl ResolvedMotion {
         self.motions.clear();
     }
 
-    /// Whether the step was made as it is.
+    /// Whether the step was not repeated.
     pub(super) fn is_empty(&self) -> bool {
         self.t.is_empty()
     }

@@ -33,11 +33,10 @@ impl Start {
         let _ = model.set_time(t);
         closing::close(model, &mut q);
         if let Some(invalid_shape) = model.open_loop(&q) {
-            let expected =
-                "one in which the loops are closed, or can be from there: loops that conflict never are";
+            let expected = "a start closer to a closed shape, and loops that do not contradict each other";
             return Err(InvalidInput::new(
                 "q0",
-                format_args!("a start that {invalid_shape}, as near as it gets"),
+                format_args!("a start that {invalid_shape} and cannot be closed from there"),
                 expected,
             ));
         }

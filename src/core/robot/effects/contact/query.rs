@@ -96,7 +96,7 @@ pub(crate) fn may_separate<G: Turning>(work: &Workspace<G>, h: f64) -> bool {
     work.effects.contact.touches.iter().any(moves)
 }
 
-/// Takes down with which accelerations surfaces that touch open without contact forces, the motion up to date.
+/// Stores the accelerations with which touching surfaces separate without contact forces. The motion must be up to date.
 pub(crate) fn store_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut openings = std::mem::take(&mut work.effects.contact.openings);
     openings.clear();
@@ -106,8 +106,8 @@ pub(crate) fn store_openings<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>
     work.effects.contact.openings = openings;
 }
 
-/// Takes down how stiff the places where this pair touches, or all pairs, are over the mass that takes part, if they are stiffer than known so
-/// far. The motion is up to date, with the forces of this pair alone, or of all; stored are the openings without any.
+/// Stores the stiffness over the effective mass at the contact points of this pair, or of all pairs, if it is larger than the stored one. The
+/// motion must be up to date with the forces of this pair alone, or of all pairs; the stored accelerations are those without contact forces.
 pub(crate) fn store_stiffnesses<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, pair: Option<usize>) {
     let mut stiffnesses = std::mem::take(&mut work.effects.contact.stiffnesses);
     let ContactState { touches, openings, .. } = &work.effects.contact;
@@ -125,7 +125,7 @@ pub(crate) fn store_stiffnesses<G: Turning>(plan: &Plan<G>, work: &mut Workspace
     work.effects.contact.stiffnesses = stiffnesses;
 }
 
-/// Pairs that touch where others do, too, and whose impacts would take ten steps of size `h`, or more, by the stiffness known so far.
+/// Pairs whose impacts take at least ten steps of size `h` according to the stored stiffness, if several pairs touch.
 pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usize> {
     let ContactState { touches, stiffnesses, .. } = &work.effects.contact;
     if touches.iter().all(|touch| touch.pair == touches[0].pair) {
@@ -137,10 +137,9 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
     pairs
 }
 
-/// How surfaces part again, of those whose impacts take less than ten steps of size `h`. The motion at the end of a step is up to
-/// date; cached are the rates of their distances at its beginning, the time `since` ago, the
-/// accelerations with which they open without contact forces, and their stiffness over the mass that takes part: of a pair between others that of the
-/// pair alone.
+/// How surfaces separate whose impacts take less than ten steps of size `h`. The motion at the end of a step must be up to date. Stored are
+/// the rates of distances at its start, the time `since` earlier, the accelerations with which surfaces separate without contact forces,
+/// and the stiffness over the effective mass: of a pair between others, that of the pair alone.
 ///
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
@@ -160,7 +159,7 @@ pub(crate) fn separation<G: Turning>(
         let is_coarse = h * h * stiffness > COARSE;
         let contact_force = if by_weight { acceleration_by_weight(plan, work, touch) } else { -unpushed };
         let began = (overlap + 0.5 * since * (before + touch.contact_force.rate)).max(0.0);
-        // What is stored between others may be held by these.
+        // Other surfaces may prevent the release of energy that is stored between several pairs.
         let stored = if is_held { 0.0 } else { (stiffness * began - 2.0 * contact_force) * began };
         let square = before * before + stored;
         if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
