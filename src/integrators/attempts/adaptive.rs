@@ -38,7 +38,7 @@ pub(crate) struct Sizes {
 pub(crate) trait Adaptive: Stepper {
     /// Factor by which a step is shortened that failed without an error estimate.
     const CUT: f64;
-    /// Whether the motion within a step is curved (looked at in its middle too), and its end is checked.
+    /// Whether the motion within a step is curved (its middle is examined too), and its end is checked.
     const BENDS: bool;
 
     /// Attempts a step of size `h` to `t_new`; `again` after a failed attempt.

@@ -95,8 +95,8 @@ impl Impacts {
         }
         if most_missing > lost {
             return Some(format!(
-                "Impacts take only a few steps of {} s, which do not see all of what pushes surfaces apart: they take {} J out of \
-                 the motion, {:.0} % of its largest kinetic energy, though nothing dissipates that. Take `dt={:.1e}` or less, {:.0} \
+                "Impacts take only a few steps of {} s, which do not resolve the contact forces: the motion loses {} J, \
+                 {:.0} % of its largest kinetic energy, without dissipation. Take `dt={:.1e}` or less, {:.0} \
                  times less `stiffness`, or method \"radau\".",
                 Number(dt),
                 energy(all),
@@ -107,7 +107,7 @@ impl Impacts {
         }
         let softer = (longest / dt).powi(2);
         Some(format!(
-            "Impacts are shorter than steps of {} s, which stop what should rebound: they take {} J out of the motion, {:.0} % of \
+            "Impacts are shorter than steps of {} s, which suppress rebounds: the motion loses {} J, {:.0} % of \
              its largest kinetic energy, {} J of these in contacts[{contact}] at t = {at:.3} s. Take `dt={longest:.1e}` or less, \
              {softer:.0e} times that `stiffness`, {}or method \"radau\".{}",
             Number(dt),
@@ -120,7 +120,7 @@ impl Impacts {
                 ""
             },
             if remedy == Remedy::Bounded {
-                " Steps of this size have resolved others, with half as much work as for all else."
+                " Other impacts were resolved, with half as much work as the rest of the run."
             } else {
                 ""
             }

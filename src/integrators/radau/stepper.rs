@@ -254,7 +254,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// What goes on from step to step.
+    /// Serialises all data that persist from step to step.
     pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);

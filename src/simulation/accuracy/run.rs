@@ -120,7 +120,7 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
             simulate_as_chosen(model.clone(), self.t_span, self.start, &method, self.t_eval, monitor)?;
         if is_shown && simulation.status.name() == TOO_MANY_STEPS {
             simulation.message = format!(
-                "At least {fewest:.0e} steps are needed to follow what moves, and `max_steps` is {}: only the first {SHOWN} of \
+                "At least {fewest:.0e} steps are needed to resolve the motion, and `max_steps` is {}: only the first {SHOWN} of \
                  them were made. Check the loads, loosen `rtol`, shorten the time, or increase `max_steps`.",
                 self.request.max_steps
             );

@@ -296,7 +296,7 @@ impl ChangeIndicator {
     }
 }
 
-/// The time between two looks at which a slack tendon is longest, if it peaks between them and may be too long.
+/// The time between two samples at which a slack tendon is longest, if its length peaks between them and may be too large.
 fn highest(before: &ChangeIndicator, after: &ChangeIndicator) -> Option<f64> {
     let tendons = before.passed.iter().zip(&after.passed).zip(&before.active);
     let peaks =

@@ -126,7 +126,7 @@ impl PrescribedWatch {
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).fold(f64::INFINITY, f64::min);
         let [dragged, left] = [dragged, left].map(|off| off / (1.0 + (slowest * MEMORY * self.dt).powi(2)));
         let found = if dragged > DRAGGED {
-            format!("is displaced by up to {:.0} % of this motion", (100.0 * dragged).min(100.0))
+            format!("is dragged along by up to {:.0} % of this motion", (100.0 * dragged).min(100.0))
         } else if left > DRAGGED {
             format!("keeps up to {:.0} % of its largest velocity", (100.0 * left).min(100.0))
         } else {

@@ -173,7 +173,8 @@ impl Stop {
         if model.facts().is_one_sided
             && let Some(what) = model.not_finite()
         {
-            let message = format!("What acts must be finite: {what}. The last state says nothing.");
+            let message =
+                format!("Forces and commands must be finite: {what}. The last state is meaningless.");
             return Some(Self { status: Status::FirstOrder(ode::Status::NonFinite), message });
         }
         let invalid_shape =

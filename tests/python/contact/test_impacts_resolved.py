@@ -173,7 +173,7 @@ def test_work_is_bounded_and_what_is_left_is_doubted():
     contacts = [Contact(Ball(link.name, 0.1), FLOOR, stiffness=1e8, dissipation=0.0) for link in links]
     robot = Robot(links, contacts=contacts)
     start = {"q0": 0.1 + np.linspace(0.02, 0.05, number)}
-    with pytest.warns(lissom.AccuracyWarning, match="Steps of this size have resolved others"):
+    with pytest.warns(lissom.AccuracyWarning, match="Other impacts were resolved"):
         result = lissom.simulate(robot, 10.0, dt=1e-2, **start, method=RESOLVED)
     with pytest.warns(lissom.AccuracyWarning, match=r'impacts="resolved"'):
         stopped = lissom.simulate(robot, 10.0, dt=1e-2, **start, method=STOPPED)

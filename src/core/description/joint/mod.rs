@@ -137,7 +137,7 @@ pub enum Motion {
     About([f64; 3]),
     /// Translation along a unit axis.
     Along([f64; 3]),
-    /// Rotation by an angle about a unit axis, with a translation along it of so many metres per radian.
+    /// Rotation by an angle about a unit axis, with a translation along it by this many metres per radian.
     Screw([f64; 3], f64),
     /// Rotation by a rotation vector.
     AboutAll,

@@ -567,7 +567,7 @@ impl<M: Model> Run<M> {
         let longest = STICKING * time;
         (dt > longest).then(|| {
             format!(
-                "Steps of {} s are long for static friction: what rests gains in one of them a velocity at which friction has begun to fall, and \
+                "Steps of {} s are long for static friction: in one step a body at rest gains a velocity at which friction has begun to fall, and \
                  may slide where it should stick. Take steps of at most {longest:.1e} s, a larger `stribeck_velocity`, or `method=\"radau\"`.",
                 Number(dt)
             )

@@ -341,10 +341,10 @@ impl<'a> Moving<'a> {
     }
 
     /// Position in the solid's axes of a place at a fraction of its path.
-    fn to_local(&self, [from, to]: Path, x: f64) -> Vector<f64> {
+    fn local_position(&self, [from, to]: Path, x: f64) -> Vector<f64> {
         let [before, now] = &self.poses;
         if x >= 1.0 {
-            return now.to_local(to);
+            return now.local_position(to);
         }
         let beside = from + (to - from) * x - (before.position + (now.position - before.position) * x);
         let seen = before.rotation.apply_transposed(beside);
@@ -374,7 +374,7 @@ impl<'a> Moving<'a> {
         }
         // A curve deviates from its chord by at most an eighth of its second derivative.
         bend /= 8.0;
-        let whole = Patch(paths.map(|path| [self.to_local(path, 0.0), self.to_local(path, 1.0)]));
+        let whole = Patch(paths.map(|path| [self.local_position(path, 0.0), self.local_position(path, 1.0)]));
         let (centre, around) = whole.bound();
         if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
             return false;
@@ -389,7 +389,8 @@ impl<'a> Moving<'a> {
         let Some(deep) = deeper(whole.begins(self.solid), deep) else { return false };
         (0..pieces).any(|i| {
             let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
-            let piece = Patch(paths.map(|path| [self.to_local(path, from), self.to_local(path, to)]));
+            let piece =
+                Patch(paths.map(|path| [self.local_position(path, from), self.local_position(path, to)]));
             piece.comes_nearer(self.solid, deep, SHALLOW * measure)
         })
     }

@@ -181,7 +181,7 @@ impl Pose {
     }
 
     /// Transforms a point to these axes.
-    pub(crate) fn to_local(&self, point: Vector<f64>) -> Vector<f64> {
+    pub(crate) fn local_position(&self, point: Vector<f64>) -> Vector<f64> {
         self.rotation.apply_transposed(point - self.position)
     }
 }
@@ -198,7 +198,7 @@ impl Placed<'_> {
     /// Distance of a point from the solid.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         let Some(pose) = self.pose else { return self.solid.distance(point) };
-        let Distance { value, normal, curvature } = self.solid.distance(pose.to_local(point));
+        let Distance { value, normal, curvature } = self.solid.distance(pose.local_position(point));
         Distance {
             value,
             normal: pose.rotation.apply(normal),
@@ -208,7 +208,7 @@ impl Placed<'_> {
 
     /// See [`Solid::feature`].
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
-        self.solid.feature(self.pose.map_or(point, |pose| pose.to_local(point)))
+        self.solid.feature(self.pose.map_or(point, |pose| pose.local_position(point)))
     }
 
     /// The tube, in whose bore others may be; `None` for other solids.
@@ -219,7 +219,7 @@ impl Placed<'_> {
     /// Magnitude of the component of a velocity across a tube; see [`Tube::across`].
     pub(crate) fn speed_across(&self, tube: &Tube, point: Vector<f64>, velocity: Vector<f64>) -> f64 {
         let across = match self.pose {
-            Some(pose) => tube.across(pose.to_local(point), pose.rotation.apply_transposed(velocity)),
+            Some(pose) => tube.across(pose.local_position(point), pose.rotation.apply_transposed(velocity)),
             None => tube.across(point, velocity),
         };
         across.dot(across).sqrt()
