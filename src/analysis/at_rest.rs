@@ -8,7 +8,7 @@ use crate::numerics::linalg::{Matrix, norm};
 
 /// Largest residual of an equilibrium over the magnitude of all forces: ten times the tolerance of equilibria. It contributes to the
 /// error of the stiffness.
-pub(crate) const OUT_OF_BALANCE: f64 = 1e-9;
+pub(crate) const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// Magnitudes of generalised forces below this fraction of the largest one of the same part are rounding: no force does work along such
 /// a coordinate.
@@ -206,7 +206,7 @@ impl AtRest<'_> {
     /// The residual, limited to what tolerance and rounding of coordinates explain; with a larger residual the shape is no equilibrium.
     pub(crate) fn missing(&self, residual: &[f64], work: &[f64], magnitudes: &Matrix) -> Vec<f64> {
         let most = |k: usize| {
-            OUT_OF_BALANCE * work[k] + DISPLACEMENT_ROUNDING * magnitudes.row(k).iter().sum::<f64>()
+            LARGEST_RESIDUAL * work[k] + DISPLACEMENT_ROUNDING * magnitudes.row(k).iter().sum::<f64>()
         };
         residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
     }

@@ -1,7 +1,7 @@
 //! Weakly active constraints: stops, contacts and tendons with a gap of zero and no force. They do not resist motions to one side, so
 //! that the stiffness must not contain them, although rounding of their gaps may activate them.
 
-use crate::analysis::at_rest::{AtRest, OUT_OF_BALANCE};
+use crate::analysis::at_rest::{AtRest, LARGEST_RESIDUAL};
 use crate::analysis::spring_forces::SpringForces;
 use crate::analysis::ties::Ties;
 use crate::model::constraint::saddle;
@@ -41,7 +41,7 @@ impl Balance {
     /// Whether the residual is within tolerance and rounding, or no larger than in another state.
     fn is_no_worse_than(&self, other: &Self) -> bool {
         (0..self.residual.len()).all(|k| {
-            let tolerance = OUT_OF_BALANCE * self.work[k].max(other.work[k]) + self.rounding[k];
+            let tolerance = LARGEST_RESIDUAL * self.work[k].max(other.work[k]) + self.rounding[k];
             self.residual[k].abs() <= tolerance + NEEDED * other.residual[k].abs()
         })
     }

@@ -21,7 +21,7 @@ const MAX_STEP: f64 = 1e6;
 const MAX_STEPS: usize = 100;
 
 /// Load factor at which a path that turned back is abandoned.
-const BACK: f64 = -1.0;
+const ABANDONED_LOAD_FACTOR: f64 = -1.0;
 
 /// Inputs and the equilibrium shape at these inputs.
 #[derive(Clone, Debug)]
@@ -105,7 +105,7 @@ impl<'a, 'b> Equilibria<'a, 'b> {
         let options = ContinuationOptions {
             inputs: Some(InputPath { from: self.anchor.u.clone(), to: u.to_vec(), time: self.time }),
             q0: Some(self.anchor.q.clone()),
-            bounds: [BACK, 1.0],
+            bounds: [ABANDONED_LOAD_FACTOR, 1.0],
             max_step: MAX_STEP,
             max_steps: MAX_STEPS,
             tol: TOLERANCE,

@@ -650,7 +650,7 @@ fn newton(
     }
     // Far away from the start, fading forces do not prove an equilibrium.
     let apart = state.q.iter().zip(q0).zip(&equations.sizes).map(|((q, q0), size)| (q - q0) / size);
-    if status.is_success() && norm(&apart.collect::<Vec<_>>()) > search::UNHELD {
+    if status.is_success() && norm(&apart.collect::<Vec<_>>()) > search::UNSUPPORTED_STEP {
         status = Status::Unheld;
     }
     // The forces of stiff springs by the shape are rounding: the residual uses those of the state.

@@ -70,15 +70,15 @@ pub enum GainCheck {
 const SHALLOW: f64 = 1e-4;
 
 /// Maximum number of shapes that are tested within a step.
-const MOST_LOOKS: usize = 256;
+const MAX_SAMPLES: usize = 256;
 
 /// Whether surfaces of a model pass through each other along a path given by times and shapes.
 pub fn have_tunnelled<'a, M: Static + ?Sized>(
     model: &mut M,
-    way: impl Iterator<Item = (f64, &'a [f64])>,
+    path: impl Iterator<Item = (f64, &'a [f64])>,
     radius: Radius,
 ) -> Result<bool, Interrupted> {
-    for (i, (t, q)) in way.enumerate() {
+    for (i, (t, q)) in path.enumerate() {
         model.set_time(t)?;
         if i == 0 {
             model.store_surfaces(q);
@@ -94,7 +94,7 @@ pub fn have_tunnelled<'a, M: Static + ?Sized>(
 const MISSED: f64 = 1e-9;
 
 /// Number of parts of a step at whose ends stops are tested: a path to a stop and back has one extremum.
-const LOOKS_AT_STOPS: usize = 8;
+const STOP_SAMPLES: usize = 8;
 
 /// Whether a joint passes a stop, or a tendon with a stiffness becomes taut, within a step between these times,
 /// displacements and rates, and is before it at both ends: the error estimate sees only the stages of the
@@ -108,20 +108,20 @@ fn have_met_stops<M: Model + ?Sized>(
 ) -> Result<bool, Interrupted> {
     let h = t_new - t;
     let missed = MISSED * model.facts().length.max(1.0);
-    let mut looks = [const { Vec::new() }; LOOKS_AT_STOPS + 1];
+    let mut samples = [const { Vec::new() }; STOP_SAMPLES + 1];
     memory.resize(ends[0].len(), 0.0);
-    for (look, beyond) in looks.iter_mut().enumerate() {
-        let x = look as f64 / LOOKS_AT_STOPS as f64;
+    for (sample, beyond) in samples.iter_mut().enumerate() {
+        let x = sample as f64 / STOP_SAMPLES as f64;
         // Methods continue from the end of the step, at its exact time.
-        let t = if look == LOOKS_AT_STOPS { t_new } else { t + x * h };
+        let t = if sample == STOP_SAMPLES { t_new } else { t + x * h };
         hermite::cubics(x, h, ends, rates, memory);
         model.set_time(t)?;
         model.beyond_stops(memory, beyond);
     }
-    Ok((0..looks[0].len()).any(|stop| {
-        let is_before = looks[0][stop].max(looks[LOOKS_AT_STOPS][stop]) <= 0.0;
+    Ok((0..samples[0].len()).any(|stop| {
+        let is_before = samples[0][stop].max(samples[STOP_SAMPLES][stop]) <= 0.0;
         let passes = |near: &[Vec<f64>]| highest([near[0][stop], near[1][stop], near[2][stop]]) > missed;
-        is_before && looks.windows(3).any(passes)
+        is_before && samples.windows(3).any(passes)
     }))
 }
 
@@ -149,14 +149,14 @@ fn have_touched<M: Model + ?Sized>(
     sizes.copy_from_slice(&model.facts().typical_coordinates);
     let changes = rates[0].iter().zip(rates[1]).zip(&*sizes);
     let bend = changes.map(|((leaving, coming), size)| (0.125 * h * (leaving - coming) / size).abs());
-    let looks = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MOST_LOOKS as f64) as usize;
+    let samples = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MAX_SAMPLES as f64) as usize;
     let mut has_touched = false;
     model.set_time(t)?;
     model.store_surfaces(ends[0]);
-    for look in 1..=looks {
-        let x = look as f64 / looks as f64;
+    for sample in 1..=samples {
+        let x = sample as f64 / samples as f64;
         hermite::cubics(x, h, ends, rates, q);
-        let is_end = look == looks;
+        let is_end = sample == samples;
         model.set_time(if is_end { t_new } else { t + x * h })?;
         let there = if is_end { ends[1] } else { &*q };
         // A half-space is touched first at an end of a straight path, so overlaps there suffice.
@@ -186,16 +186,16 @@ pub fn may_miss<M: Model + ?Sized>(model: &M) -> bool {
 /// but at neither end, where the velocities are `rates`. `memory` is any vector, kept to save allocations.
 pub fn have_missed<M: Model + ?Sized>(
     model: &mut M,
-    way: &[(f64, &[f64])],
+    path: &[(f64, &[f64])],
     rates: [&[f64]; 2],
     memory: &mut Vec<f64>,
 ) -> Result<bool, Interrupted> {
-    let &[(t, start), .., (t_new, end)] = way else { return Ok(false) };
+    let &[(t, start), .., (t_new, end)] = path else { return Ok(false) };
     let (times, ends) = ([t, t_new], [start, end]);
     if model.facts().has_stops && have_met_stops(model, times, ends, rates, memory)? {
         return Ok(true);
     }
     Ok(model.facts().has_contact
-        && (have_tunnelled(model, way.iter().copied(), Radius::Smaller)?
+        && (have_tunnelled(model, path.iter().copied(), Radius::Smaller)?
             || have_touched(model, times, ends, rates, memory)?))
 }

@@ -3,7 +3,7 @@
 use crate::numerics::tape::Tape;
 
 /// Safety factor of predicted rates.
-const CAUTION: f64 = 2.0;
+const SAFETY_FACTOR: f64 = 2.0;
 
 /// Fastest decrease of the factor between distance and rate from one measurement to the next: it depends on the direction of the motion.
 const FALL: f64 = 0.9;
@@ -37,7 +37,7 @@ impl Contraction {
         if self.cautious.is_infinite() || self.unmeasured_steps >= STEPS_WITHOUT_MEASUREMENT {
             return f64::INFINITY;
         }
-        (CAUTION * self.cautious * distance).max(SMALLEST_RATE)
+        (SAFETY_FACTOR * self.cautious * distance).max(SMALLEST_RATE)
     }
 
     /// The expected rate at a distance.

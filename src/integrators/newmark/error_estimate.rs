@@ -4,7 +4,7 @@ use super::Scheme;
 use crate::error::Checker;
 
 /// A coefficient of the estimate closer to zero than this does not detect errors.
-const BLIND: f64 = 0.01;
+const SMALLEST_COEFFICIENT: f64 = 0.01;
 
 /// Smallest coefficient of the velocity error, which vanishes for all members of order 2: without it fast oscillations with small
 /// displacements could be lost unnoticed (the choice of OrdinaryDiffEq.jl).
@@ -101,9 +101,10 @@ impl ErrorEstimate {
 impl Scheme {
     /// Reports a problem if the error estimate of adaptive steps does not detect this scheme's errors.
     pub(super) fn check_error_estimate(&self, checker: &mut Checker) {
-        let blind = self.displacement_error().abs() < BLIND && self.velocity_error().abs() < BLIND;
+        let blind = self.displacement_error().abs() < SMALLEST_COEFFICIENT
+            && self.velocity_error().abs() < SMALLEST_COEFFICIENT;
         let expected = format!(
-            "a beta at least {BLIND} away from {:.4} or a gamma at least {BLIND} away from {:.4} for adaptive steps, \
+            "a beta at least {SMALLEST_COEFFICIENT} away from {:.4} or a gamma at least {SMALLEST_COEFFICIENT} away from {:.4} for adaptive steps, \
              whose error estimate is blind there; or fixed steps",
             self.beta() - self.displacement_error(),
             self.gamma() - self.velocity_error(),

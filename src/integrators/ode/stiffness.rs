@@ -8,9 +8,9 @@ use crate::numerics::tape::Tape;
 /// Number of accepted steps between two tests.
 const INTERVAL: usize = 1000;
 /// This many steps at the stability limit make a problem stiff...
-const SUSPICIONS: u32 = 15;
+const STEPS_AT_LIMIT: u32 = 15;
 /// ...unless this many consecutive steps are not at the limit.
-const ACQUITTALS: u32 = 6;
+const STEPS_BELOW_LIMIT: u32 = 6;
 
 /// Counts the steps at the stability limit.
 #[derive(Clone, Debug, Default)]
@@ -46,10 +46,10 @@ impl StiffnessTest {
         if denominator > 0.0 && h_abs * (distance_squared(values) / denominator).sqrt() > stability_limit {
             self.acquittals = 0;
             self.suspicions += 1;
-            self.suspicions >= SUSPICIONS
+            self.suspicions >= STEPS_AT_LIMIT
         } else {
             self.acquittals += 1;
-            if self.acquittals == ACQUITTALS {
+            if self.acquittals == STEPS_BELOW_LIMIT {
                 *self = Self::default();
             }
             false

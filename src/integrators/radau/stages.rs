@@ -42,7 +42,7 @@ const LEAST_PROGRESS: f64 = 0.5;
 
 /// Larger corrections of velocities, in typical sizes of the coordinates per second, are no errors of a step: the commanded length of a
 /// tendon jumps, which the rate of the function does not show.
-const SWIFT: f64 = 10.0;
+const JUMP_CORRECTION: f64 = 10.0;
 
 /// The state from which a step starts.
 #[derive(Clone, Copy, Debug)]
@@ -632,7 +632,7 @@ impl Stages {
         scratch[..n].fill(0.0);
         model_at(system, before)?.gap_rates(q, v, &mut scratch[n..]);
         fitting.solve(scratch);
-        let is_swift = |(change, size): (&f64, &f64)| change.abs() > SWIFT * size;
+        let is_swift = |(change, size): (&f64, &f64)| change.abs() > JUMP_CORRECTION * size;
         if system.facts().is_one_sided && scratch[..n].iter().zip(&*sizes).any(is_swift) {
             return Ok(false);
         }

@@ -8,17 +8,17 @@ use crate::error::Interrupted;
 use crate::model::Model;
 
 /// Minimum number of samples of the excitation over the whole time.
-const LOOKS: f64 = 500.0;
+const SAMPLES: f64 = 500.0;
 
 /// The same where the features of the excitation are known.
-const FEW_LOOKS: f64 = 100.0;
+const FEW_SAMPLES: f64 = 100.0;
 
 /// Minimum number of samples of each part between known features of the excitation.
-const LOOKS_OF_A_PART: f64 = 4.0;
+const SAMPLES_OF_A_PART: f64 = 4.0;
 
 /// After this number of samples (some tenths of a second of work), parts shorter than the resolution of
-/// `LOOKS` are merged.
-const MOST_LOOKS: usize = 20_000;
+/// `SAMPLES` are merged.
+const MAX_SAMPLES: usize = 20_000;
 
 /// Excitation of a model.
 pub(super) struct Drive {
@@ -47,7 +47,7 @@ impl Drive {
     ) -> Result<Self, Interrupted> {
         let (t0, t_end) = t_span;
         let modes = &spectrum.modes;
-        let between_looks = (t_end - t0) / if finds { LOOKS } else { FEW_LOOKS };
+        let between_looks = (t_end - t0) / if finds { SAMPLES } else { FEW_SAMPLES };
         let weights: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0) / visible).collect();
         let mut forces = Forces::new(q0, growing);
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
@@ -56,9 +56,9 @@ impl Drive {
         let (mut t, mut looks) = (t0, 0);
         let mut before = Sample { t: t0, forces: forces.at(model, modes, t)? };
         while t < t_end {
-            let shortest = if looks < MOST_LOOKS { 0.0 } else { LOOKS_OF_A_PART * between_looks };
+            let shortest = if looks < MAX_SAMPLES { 0.0 } else { SAMPLES_OF_A_PART * between_looks };
             let end = model.horizon(t).max(t + shortest).min(t_end);
-            let number = ((end - t) / between_looks).ceil().max(LOOKS_OF_A_PART);
+            let number = ((end - t) / between_looks).ceil().max(SAMPLES_OF_A_PART);
             let step = (end - t) / number;
             let mut at = |t: f64| {
                 monitor(t0)?;
@@ -70,7 +70,7 @@ impl Drive {
             }
             looks += part.len();
             // Steps end at both ends of a part, and within a short part they sample it as often as these looks.
-            if finds && number > LOOKS_OF_A_PART {
+            if finds && number > SAMPLES_OF_A_PART {
                 features.find(&mut part, &mut at)?;
             }
             for (k, (oscillation, mode)) in motion.iter_mut().zip(modes).enumerate() {

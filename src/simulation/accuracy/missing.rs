@@ -28,17 +28,17 @@ const STATES: usize = 12;
 /// Strains without modes get some if they move the tip by this fraction of the tolerance, relative to the
 /// length, or deform the model by this fraction, relative to typical deformations. The second condition
 /// matters for the torsion of a straight rod, which moves the tip only later.
-const MATTERS: f64 = 0.1;
+const SIGNIFICANT: f64 = 0.1;
 
 /// Deformations smaller than that by this factor fulfil neither condition.
-const UNSEEN: f64 = 1e-3;
+const NEGLIGIBLE_DEFORMATION: f64 = 1e-3;
 
 /// Strains without modes whose frequency exceeds the resolved ones by this factor respond statically; the
 /// forces give their whole effect, and they get no modes.
 const FAST: f64 = 10.0;
 
 /// A suddenly loaded spring overshoots to twice its static displacement.
-const SUDDEN: f64 = 2.0;
+const STEP_LOAD_OVERSHOOT: f64 = 2.0;
 
 /// Part of a diagonal entry of the stiffness below which its pivot is rounding.
 const SINGULAR: f64 = 1e-9;
@@ -90,7 +90,7 @@ impl Estimate {
     /// Upper bound of the space error of the coarse model from the static displacements and from `late`, the displacement of the tip by
     /// wrong frequencies. `None` if the forces are unknown.
     pub(super) fn bound(self, late: f64) -> Option<f64> {
-        let error = SAFETY * (self.finds + self.leaves + late) + SUDDEN * self.fast;
+        let error = SAFETY * (self.finds + self.leaves + late) + STEP_LOAD_OVERSHOOT * self.fast;
         (self.is_known && error.is_finite()).then_some(error)
     }
 
@@ -100,7 +100,7 @@ impl Estimate {
     pub(super) fn error(self, apart: f64) -> f64 {
         let left =
             if self.leaves < self.finds { apart * self.leaves / self.finds } else { self.leaves.max(apart) };
-        (SAFETY * (apart + left) + SUDDEN * self.fast).min(FARTHEST)
+        (SAFETY * (apart + left) + STEP_LOAD_OVERSHOOT * self.fast).min(FARTHEST)
     }
 }
 
@@ -140,7 +140,7 @@ pub(super) fn finer<M: Model + Clone>(
             only[series] = number;
             if missing.frequency(&mut richer, first) > FAST * resolved {
                 (fine[series], slow[series]) = (0, 0);
-            } else if !missing.matters(&mut richer, &of_modes(&only), MATTERS * tolerance) {
+            } else if !missing.matters(&mut richer, &of_modes(&only), SIGNIFICANT * tolerance) {
                 fine[series] = 0;
             }
         }
@@ -323,7 +323,7 @@ impl Missing {
     fn matters<M: Model>(&self, richer: &mut M, chosen: &[usize], part: f64) -> bool {
         let deformed = self.deforms(chosen);
         deformed > part
-            || (deformed > UNSEEN * part
+            || (deformed > NEGLIGIBLE_DEFORMATION * part
                 && longest(&self.moved(richer, chosen)) > part * richer.facts().length)
     }
 

@@ -14,7 +14,7 @@ const TIGHTENING_AT_IMPACTS: f64 = 25.0;
 
 /// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
 /// `SMALLEST_FACTOR`.
-const AIM: f64 = 0.5;
+const TARGET_FRACTION: f64 = 0.5;
 const SMALLEST_FACTOR: f64 = 1e-3;
 
 /// Two runs are comparable if the expected gain in accuracy, from their numbers of steps, is at least this:
@@ -29,7 +29,7 @@ const ENOUGH_GAIN: f64 = 4.0;
 const SAFETY: f64 = 2.5;
 
 /// Smallest error attributed to a run, relative to its tolerance; closer agreement is chance.
-const LUCK: f64 = 0.05;
+const SMALLEST_ERROR: f64 = 0.05;
 
 /// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
@@ -41,7 +41,7 @@ const ENERGIES: usize = 4;
 const WORTH_MORE: usize = 4;
 
 /// A run with a larger tolerance, relative to the requested accuracy, that fails is repeated with this one.
-const CAREFUL: f64 = 1.5;
+const RETRY_TOLERANCE: f64 = 1.5;
 
 /// Maximum number of runs, for motions that multiply every error.
 const RUNS: usize = 6;
@@ -85,9 +85,10 @@ pub(super) fn to_accuracy<M: Model + Clone>(
                 tolerance = FIRST_TOLERANCE * wanted;
                 continue;
             }
-            if tolerance > CAREFUL * wanted && !run.simulation.status.is_interrupted() && runs < RUNS {
+            if tolerance > RETRY_TOLERANCE * wanted && !run.simulation.status.is_interrupted() && runs < RUNS
+            {
                 // The failure may be due to the large errors of a loose tolerance.
-                tolerance = CAREFUL * wanted;
+                tolerance = RETRY_TOLERANCE * wanted;
                 previous = None;
                 continue;
             }
@@ -135,8 +136,11 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         // The next run is compared with this one, whose error is smaller than the estimate by this gain; with impacts the gain is
         // unknown.
         let has_order = !plan.model.facts().has_one_sided_forces;
-        let gain =
-            if has_order { (error / (AIM * wanted)).powi(2) / gain } else { TIGHTENING * error / wanted };
+        let gain = if has_order {
+            (error / (TARGET_FRACTION * wanted)).powi(2) / gain
+        } else {
+            TIGHTENING * error / wanted
+        };
         let factor = gain.powf(-1.0 / integrator.exponent).clamp(SMALLEST_FACTOR, 1.0 / tightening);
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
@@ -161,7 +165,7 @@ fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain:
     let missed =
         plan.following.error_of_steps(plan.choice.integrator, plan.duration() / run.steps().max(1.0));
     let seen = share * largest(&apart) / plan.model.facts().length;
-    (seen + missed + LUCK * run.tolerance).max(error_of_energy_drift(plan, run))
+    (seen + missed + SMALLEST_ERROR * run.tolerance).max(error_of_energy_drift(plan, run))
 }
 
 /// Tip error that corresponds to a large energy drift of a run, as for a vibration, whose amplitude is

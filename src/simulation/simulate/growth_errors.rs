@@ -26,10 +26,10 @@ const MOST_COORDINATES: usize = 100;
 const NEAR: f64 = 0.1;
 
 /// The same for later states. It may be larger, since the size of the motion there includes the growth that this displacement excites.
-const PASSES_NEAR: f64 = 0.5;
+const NEAR_LATER: f64 = 0.5;
 
 /// Number of times at which later states are checked, after the growth from the start has become large.
-const LOOKS: f64 = 16.0;
+const CHECKS: f64 = 16.0;
 
 /// The stability function of a method.
 enum Steps {
@@ -108,7 +108,7 @@ impl GrowthErrors {
         let known = (0.0, vec![0.0; growths.len()]);
         let fastest = growths.iter().max_by(|a, b| a.rate.re.total_cmp(&b.rate.re))?;
         let next = fastest.until;
-        let between = ((t_span.1 - next) / LOOKS).max(1.0 / fastest.rate.re);
+        let between = ((t_span.1 - next) / CHECKS).max(1.0 / fastest.rate.re);
         let (last, longest, passed) = (t_span.0, 0.0, None);
         Some(Self { steps, t_span, last, longest, known, growths, passed, next, between })
     }
@@ -145,7 +145,7 @@ impl GrowthErrors {
             return;
         }
         for growing in
-            Growing::about(model, [q, v, a], left).into_iter().filter(|one| one.departure < PASSES_NEAR)
+            Growing::about(model, [q, v, a], left).into_iter().filter(|one| one.departure < NEAR_LATER)
         {
             let begins = (growing.size * growing.reach(model, q)).max(before);
             let lost = before * (growing.rate * left).exp().min(FARTHEST / begins);

@@ -12,7 +12,7 @@ use crate::simulation::stepping::{Method, Status, Stop};
 const STIFF_STEPS: usize = 100_000;
 
 /// Accepted steps before the first check.
-const FIRST_LOOK: usize = 256;
+const FIRST_SAMPLE: usize = 256;
 
 /// Steps longer than this fraction of the stability limit are limited by the largest rate, either for
 /// stability or because they resolve that rate.
@@ -83,7 +83,7 @@ impl StiffnessWatch {
     fn new(options: &ode::Options, (t0, t_end): (f64, f64)) -> Option<Self> {
         let limit = ode::stability_limit(options.method)?;
         let allowed = if options.max_steps == usize::MAX { STIFF_STEPS } else { options.max_steps };
-        Some(Self { limit, t_end, allowed, last: (0, t0), next: FIRST_LOOK })
+        Some(Self { limit, t_end, allowed, last: (0, t0), next: FIRST_SAMPLE })
     }
 
     fn check<M: Model>(&mut self, model: &mut M, state: State<'_>, accepted: usize) -> Option<Stop> {

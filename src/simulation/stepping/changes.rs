@@ -11,29 +11,29 @@ use crate::numerics::tape::Tape;
 
 /// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
 /// in long steps, and these looks need no tensions. Steps of fixed size are examined at their ends only.
-const LOOKS: usize = 4;
-const LOOKS_WITHOUT_TENSION: usize = 16;
+const SAMPLES: usize = 4;
+const SAMPLES_WITHOUT_TENSION: usize = 16;
 
 /// A tendon is released if it pushes by more than this part of the largest tension so far; less is rounding.
 const PUSHES: f64 = 1e-10;
 
 /// At the end of a step that was planned to release a tendon, its tension must be below this part of the largest
 /// tension.
-const HARDLY_PULLS: f64 = 1e-4;
+const RELEASE_TENSION: f64 = 1e-4;
 
 /// A step to a change ends within this distance of it, in units of the length of what the tendon joins, after at most
 /// [`MOST_CORRECTIONS`] corrections.
-const ON_THE_SPOT: f64 = 1e-12;
+const EVENT_TOLERANCE: f64 = 1e-12;
 const MOST_CORRECTIONS: usize = 8;
 
 /// If a taut tendon misses its length by more than this within a step, in the same units, the step
 /// is too long for the prescribed length.
-pub(super) const ASTRAY: f64 = 1e-3;
+pub(super) const LARGEST_LENGTH_ERROR: f64 = 1e-3;
 
-/// [`MOST_QUICK`] changes in a row, each within this part of the interval after the one before, or within a step of fixed size, are
+/// [`CHATTER_CHANGES`] changes in a row, each within this part of the interval after the one before, or within a step of fixed size, are
 /// chattering.
-const QUICK: f64 = 1e-6;
-const MOST_QUICK: usize = 100;
+const CHATTER_INTERVAL: f64 = 1e-6;
+const CHATTER_CHANGES: usize = 100;
 
 /// A one-sided constraint becomes active or inactive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ pub(super) enum Verdict {
     /// Repeat the step so that it ends at this event.
     EndAt(Event),
     /// A taut tendon misses its length by this much within the step, in metres: shorten the step.
-    Astray(f64),
+    LengthError(f64),
 }
 
 /// The changes of a run.
@@ -90,7 +90,7 @@ pub(super) struct ChangeIndicator {
     active: Vec<bool>,
     passed: Vec<[f64; 2]>,
     /// Largest error of the active constraints, here or earlier in the step: relative, and in metres.
-    astray: [f64; 2],
+    length_error: [f64; 2],
 }
 
 /// Evaluates [`ChangeIndicator`] at a time within the last step.
@@ -115,11 +115,11 @@ impl Changes {
     /// Records a change, between steps of a fixed size if one is given. Returns false if the constraints chatter.
     pub(super) fn count(&mut self, t: f64, flow: [f64; 2], step: Option<f64>) -> bool {
         let (from, to) = self.t_span;
-        let is_quick = t - self.last <= step.unwrap_or(QUICK * (to - from));
+        let is_quick = t - self.last <= step.unwrap_or(CHATTER_INTERVAL * (to - from));
         self.quick = if is_quick { self.quick + 1 } else { 0 };
         self.last = t;
         self.add_flow(flow);
-        self.quick <= MOST_QUICK
+        self.quick <= CHATTER_CHANGES
     }
 
     /// Adds energy lost and work done.
@@ -207,16 +207,18 @@ pub(super) fn judge(
     let event = match (found, planned) {
         (Some(event), _) if event.is_released && is_planned(event) => Event { t, ..event },
         (Some(event), _) => event,
-        (None, Some(event)) if event.is_released && end.values[event.which] > -HARDLY_PULLS => event,
+        (None, Some(event)) if event.is_released && end.values[event.which] > -RELEASE_TENSION => event,
         (None, Some(event)) if event.is_released => return Ok(at_end(&end)),
         (None, Some(event)) => {
             let [by, rate] = end.passed[event.which];
             if rate <= 0.0 {
                 return Ok(at_end(&end));
             }
-            Event { t: if by.abs() <= ON_THE_SPOT { t } else { t - by / rate }, ..event }
+            Event { t: if by.abs() <= EVENT_TOLERANCE { t } else { t - by / rate }, ..event }
         }
-        (None, None) if end.astray[0] > ASTRAY => return Ok(Verdict::Astray(end.astray[1])),
+        (None, None) if end.length_error[0] > LARGEST_LENGTH_ERROR => {
+            return Ok(Verdict::LengthError(end.length_error[1]));
+        }
         (None, None) => return Ok(at_end(&end)),
     };
     let without = event.is_released.then_some(event.which);
@@ -244,8 +246,8 @@ fn search(
     }
     let looks = match before.active.contains(&true) {
         _ if is_fixed => 1,
-        true => LOOKS,
-        false => LOOKS_WITHOUT_TENSION,
+        true => SAMPLES,
+        false => SAMPLES_WITHOUT_TENSION,
     };
     for k in 1..=looks {
         let time = if k == looks { t } else { t_old + (t - t_old) * (k as f64 / looks as f64) };
@@ -268,7 +270,11 @@ fn search(
             }
             return Ok((Some(event), after));
         }
-        after.astray = if before.astray[0] > after.astray[0] { before.astray } else { after.astray };
+        after.length_error = if before.length_error[0] > after.length_error[0] {
+            before.length_error
+        } else {
+            after.length_error
+        };
         before = after;
     }
     Ok((None, before))
@@ -282,13 +288,13 @@ fn at_end(end: &ChangeIndicator) -> Verdict {
 
 impl ChangeIndicator {
     fn new(t: f64, values: Vec<f64>, active: Vec<bool>, passed: Vec<[f64; 2]>, sizes: &[f64]) -> Self {
-        let (mut nearest, mut which, mut astray) = (f64::NEG_INFINITY, 0, [0.0_f64; 2]);
+        let (mut nearest, mut which, mut length_error) = (f64::NEG_INFINITY, 0, [0.0_f64; 2]);
         for (i, &value) in values.iter().enumerate() {
             (nearest, which) = if value > nearest { (value, i) } else { (nearest, which) };
             let by = passed[i][0].abs();
-            astray = if active[i] && by > astray[0] { [by, by * sizes[i]] } else { astray };
+            length_error = if active[i] && by > length_error[0] { [by, by * sizes[i]] } else { length_error };
         }
-        Self { values, nearest: Point { t, value: nearest }, which, active, passed, astray }
+        Self { values, nearest: Point { t, value: nearest }, which, active, passed, length_error }
     }
 
     fn event(&self) -> Event {
@@ -368,14 +374,14 @@ mod tests {
         assert_eq!(reached(2.0 - 1e-6), Verdict::Change(Some(0)));
         assert_eq!(reached(1.5), Verdict::Done);
         // The prescribed length changes faster than the step follows.
-        assert_eq!(judge_taut(-0.01, [0.0, 1.9], None), Verdict::Astray(0.01));
+        assert_eq!(judge_taut(-0.01, [0.0, 1.9], None), Verdict::LengthError(0.01));
     }
 
     #[test]
     fn changes_that_follow_each_other_quickly_are_a_chatter_and_others_are_not() {
         let mut changes = Changes::new((0.0, 1.0));
-        assert!((0..10 * MOST_QUICK).all(|k| changes.count(1e-3 * k as f64, [0.0; 2], None)));
-        let quick = (0..2 * MOST_QUICK).take_while(|_| changes.count(20.0, [1.0, 0.0], None)).count();
-        assert_eq!(quick, MOST_QUICK + 1);
+        assert!((0..10 * CHATTER_CHANGES).all(|k| changes.count(1e-3 * k as f64, [0.0; 2], None)));
+        let quick = (0..2 * CHATTER_CHANGES).take_while(|_| changes.count(20.0, [1.0, 0.0], None)).count();
+        assert_eq!(quick, CHATTER_CHANGES + 1);
     }
 }

@@ -33,13 +33,13 @@ const ROUNDING: f64 = 1e-9;
 const ROUNDING_OF_PLACES: f64 = 1e-12;
 
 /// Changes by more than this factor of the largest kinetic energy are reported in joules.
-const FAR_MORE: f64 = 100.0;
+const REPORTED_IN_JOULES: f64 = 100.0;
 
 /// A part whose velocities have changed by less than this, relative to themselves, moves uniformly: it exchanges no energy.
 const UNIFORM: f64 = 1e-6;
 
 /// Number of steps between evaluations of the energy while nothing can touch: the cheapest steps cost as much as four evaluations.
-const STRIDE: usize = 8;
+const STEPS_PER_EVALUATION: usize = 8;
 
 /// Number of evaluations for which a rise must last in a model with contact: within an impact the energy rises and falls again,
 /// because a step samples the overlap at its end only.
@@ -111,7 +111,7 @@ impl EnergyWatch {
         Some(Self {
             dt,
             supplied: 0.0,
-            left: STRIDE,
+            left: STEPS_PER_EVALUATION,
             varies,
             keeps_energy: is_free && !has_contact && scheme == Scheme::AVERAGE_ACCELERATION,
             keeps_in_contact: is_free && has_contact && !model.facts().has_rods_in_contact,
@@ -142,7 +142,7 @@ impl EnergyWatch {
         if self.left > 0 && !(self.has_contact && model.may_touch()) {
             return Ok(());
         }
-        self.left = STRIDE;
+        self.left = STEPS_PER_EVALUATION;
         self.record_energy(model, state)
     }
 
@@ -235,7 +235,7 @@ impl EnergyWatch {
         let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
         let hidden = (AT_REST * largest.elastic).max(rounding);
         let exceeds = |change: f64, part: f64| change > (part * largest.kinetic).max(hidden);
-        let share = |change: f64| match change < FAR_MORE * largest.kinetic {
+        let share = |change: f64| match change < REPORTED_IN_JOULES * largest.kinetic {
             true => format!("{:.1} % of the largest kinetic energy", 100.0 * change / largest.kinetic),
             false => format!("{change:.1e} J, far more than the largest kinetic energy"),
         };
@@ -268,9 +268,9 @@ impl EnergyWatch {
         numbers.into_iter().chain(pairs).for_each(|number| tape.number(number));
         tape.numbers(began);
         tape.numbers(&mut self.last);
-        let mut made = STRIDE - self.left;
-        tape.below(STRIDE, &mut made);
-        self.left = STRIDE - made;
+        let mut made = STEPS_PER_EVALUATION - self.left;
+        tape.below(STEPS_PER_EVALUATION, &mut made);
+        self.left = STEPS_PER_EVALUATION - made;
     }
 }
 

@@ -96,7 +96,7 @@ const UNCERTAIN: f64 = 1e-4;
 
 /// A model is not held if it moves by this many sizes in a step, or by [`FAR`] sizes without a relative change of forces: farther away,
 /// gaps of loops are rounding.
-pub(super) const UNHELD: f64 = 1e9;
+pub(super) const UNSUPPORTED_STEP: f64 = 1e9;
 const FAR: f64 = 1e6;
 const UNCHANGED: f64 = 1e-9;
 
@@ -291,7 +291,7 @@ struct AcceptedStep {
     good: f64,
     length: f64,
     shift: f64,
-    is_unheld: bool,
+    is_unsupported: bool,
 }
 
 enum Tried {
@@ -428,7 +428,7 @@ impl<'a> Search<'a> {
             }
             let tried = self.try_steps(&local, &mut so_far, error)?;
             so_far.damping *= LESS_DAMPING;
-            let AcceptedStep { shape, balance, good, length, shift, is_unheld } = match tried {
+            let AcceptedStep { shape, balance, good, length, shift, is_unsupported } = match tried {
                 Tried::AcceptedStep(taken) => *taken,
                 Tried::Deep => return Ok(Ended::Stalled),
                 Tried::Refused(invalid_shape) => {
@@ -442,7 +442,7 @@ impl<'a> Search<'a> {
                 }
             };
             so_far.resize(good, length, shift);
-            if is_unheld {
+            if is_unsupported {
                 return Ok(Ended::Unheld);
             }
             (so_far.before, so_far.last) = (error, length);
@@ -530,10 +530,10 @@ impl<'a> Search<'a> {
                     };
                     if good > TAKEN {
                         let straight = -dot(&local.gradient, &solution.x);
-                        let is_unheld = length > UNHELD
+                        let is_unsupported = length > UNSUPPORTED_STEP
                             || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
                         let shift = self.scale.shift(&solution.x);
-                        let taken = AcceptedStep { shape: new, balance, good, length, shift, is_unheld };
+                        let taken = AcceptedStep { shape: new, balance, good, length, shift, is_unsupported };
                         return Ok(Tried::AcceptedStep(Box::new(taken)));
                     }
                 }

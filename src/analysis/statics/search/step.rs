@@ -14,7 +14,7 @@ use crate::numerics::linalg::{Matrix, dot, norm};
 const NEWTON: f64 = 0.1;
 
 /// Steps between these multiples of the radius count as of its length (More and Sorensen 1983, section 4).
-const FILLS: [f64; 2] = [0.75, 1.1];
+const AT_RADIUS: [f64; 2] = [0.75, 1.1];
 
 /// Maximum number of shifts until a step has the length of the radius, after the first short enough step.
 const SHIFTS: usize = 12;
@@ -82,7 +82,8 @@ pub(super) fn within(
         .map(|(x, turns)| if *turns { *x } else { x * more })
         .collect();
     let regular = with_diagonal(hessian, &regularisation, 1.0);
-    if let Some(short) = attempt(&regular).filter(|short| length(&short.x, &metric) <= FILLS[1] * radius) {
+    if let Some(short) = attempt(&regular).filter(|short| length(&short.x, &metric) <= AT_RADIUS[1] * radius)
+    {
         return Some(short);
     }
     let steepest = linearised.steepest(&metric);
@@ -107,11 +108,11 @@ pub(super) fn within(
                 );
                 let slope = -dot(&weighted, &slope);
                 next = shift + (size / radius - 1.0) * size * size / slope;
-                if size > FILLS[1] * radius {
+                if size > AT_RADIUS[1] * radius {
                     low = low.max(shift);
                 } else {
                     high = high.min(shift);
-                    let is_enough = size >= FILLS[0] * radius;
+                    let is_enough = size >= AT_RADIUS[0] * radius;
                     // Without a force all steps are zero, and the smallest shift gives the direction of least curvature.
                     if best.as_ref().is_none_or(|(_, old)| size >= *old) {
                         best = Some((found, size));

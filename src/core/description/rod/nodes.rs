@@ -63,8 +63,8 @@ pub(crate) fn nodes_for_turns(piece: &Piece) -> f64 {
 /// Rotation of a piece by its reference strain, in radians.
 pub(crate) fn turn(piece: &Piece) -> f64 {
     /// Number of sample points.
-    const LOOKS: usize = 32;
-    let places: Vec<f64> = (0..=LOOKS).map(|i| i as f64 / LOOKS as f64).collect();
+    const SAMPLES: usize = 32;
+    let places: Vec<f64> = (0..=SAMPLES).map(|i| i as f64 / SAMPLES as f64).collect();
     largest_reference_curvature(piece, &places) * piece.length()
 }
 

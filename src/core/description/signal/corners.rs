@@ -19,7 +19,7 @@ const RANGE_OF_MEAN: f64 = 3.0;
 const MISSED: f64 = 1e-2;
 
 /// Pulses lower than this part of the others of their table are ignored.
-const FAINT: f64 = 1e-7;
+const NEGLIGIBLE_PULSE: f64 = 1e-7;
 
 /// Relative change of the slope that is rounding.
 const STRAIGHT: f64 = 1e-9;
@@ -73,7 +73,7 @@ impl<const N: usize> Table<N> {
         let mean = self.impulse / self.support.max(cell.end - cell.start);
         let size = self.range.min(RANGE_OF_MEAN * mean);
         let [error, magnitude] = self.means(cell);
-        let tolerated = (MISSED * magnitude).clamp(FAINT * NEGLIGIBLE * size, NEGLIGIBLE * size);
+        let tolerated = (MISSED * magnitude).clamp(NEGLIGIBLE_PULSE * NEGLIGIBLE * size, NEGLIGIBLE * size);
         if error <= tolerated { None } else { self.end_of_part(first, cell) }
     }
 

@@ -187,10 +187,10 @@ impl<const N: usize> Signal<N> {
     /// a quarter of a period. Always later than `t`; infinite for functions, about which nothing is known.
     pub fn horizon(&self, t: f64) -> f64 {
         /// Evaluations per period that detect every oscillation.
-        const LOOKS: f64 = 4.0;
+        const SAMPLES: f64 = 4.0;
         match self {
             Self::Constant(_) | Self::Function(_) | Self::Input(_) => f64::INFINITY,
-            Self::Harmonic(_) => (t + self.period() / LOOKS).max(t.next_up()),
+            Self::Harmonic(_) => (t + self.period() / SAMPLES).max(t.next_up()),
             Self::Table(table) => table.next_time(t),
         }
     }

@@ -23,7 +23,7 @@ const ROUNDING_STEP: f64 = 4.0 * f64::EPSILON;
 /// Square root of the largest double, beyond which products of two unknowns overflow: an iterate of this size
 /// has diverged. A smaller limit would be wrong: for a chain of squares Newton's method may pass 1e30 and
 /// return.
-const RUNAWAY: f64 = 1.340_780_792_994_259_6e154;
+const DIVERGENCE_LIMIT: f64 = 1.340_780_792_994_259_6e154;
 
 /// The search ends after this many consecutive steps of maximum length (KINSOL's `KIN_MXNEWT_5X_EXCEEDED`).
 const LONGEST_STEPS_IN_A_ROW: usize = 5;
@@ -43,7 +43,7 @@ impl Newton {
         }
         if !progress.moved {
             Some(Status::Stalled)
-        } else if self.size(x) > RUNAWAY && progress.residual_norm >= progress.start_norm {
+        } else if self.size(x) > DIVERGENCE_LIMIT && progress.residual_norm >= progress.start_norm {
             Some(Status::Diverged)
         } else if progress.longest_steps >= LONGEST_STEPS_IN_A_ROW {
             Some(Status::LongestSteps)

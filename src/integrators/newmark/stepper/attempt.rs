@@ -15,12 +15,12 @@ use crate::numerics::linalg::Matrix;
 
 /// Largest correction of velocities, in typical sizes of the coordinates per second, that can be an error of a step. Larger ones are due
 /// to a jump of a commanded tendon length at its end or within it, which the rate of the function does not show.
-const SWIFT: f64 = 10.0;
+const JUMP_CORRECTION: f64 = 10.0;
 
 /// A quasi-static step has snapped if it moves a coordinate by more than this part of its size, and faster than the neighbouring steps by
 /// the second factor.
-const SNAPPED: f64 = 1e-2;
-const SPIKE: f64 = 10.0;
+const SNAP_DISPLACEMENT: f64 = 1e-2;
+const SNAP_SPEED: f64 = 10.0;
 
 /// Stiffnesses below this part of those of single coordinates count as zero.
 const SOFT: f64 = 1e-8;
@@ -151,7 +151,7 @@ impl<V: Numbers> StepperOf<V> {
         let before = if self.is_one_sided { t.next_down() } else { *t };
         let (mut fitted, mut found) = (v.to_vec(), a.to_vec());
         let mut fit = projection::fit_motion(model_at(system, before)?, q, &mut fitted, &mut found);
-        if before != *t && !fit.as_ref().is_ok_and(|fit| fit.largest <= SWIFT) {
+        if before != *t && !fit.as_ref().is_ok_and(|fit| fit.largest <= JUMP_CORRECTION) {
             fitted.copy_from_slice(v);
             fit = projection::fit_motion(model_at(system, *t)?, q, &mut fitted, &mut found);
         }
@@ -257,7 +257,7 @@ impl<V: Numbers> StepperOf<V> {
         let speed = self.trial.v.iter().zip(sizes).map(fraction).fold(0.0, f64::max);
         let [before, last] = self.speeds;
         let moved = last * (self.t - self.t_old);
-        if moved > SNAPPED && last > SPIKE * before.max(speed) {
+        if moved > SNAP_DISPLACEMENT && last > SNAP_SPEED * before.max(speed) {
             self.unilateral.record_snap(self.t);
         }
         self.speeds = [last, speed];

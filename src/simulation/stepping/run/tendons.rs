@@ -1,6 +1,6 @@
 //! Steps with inextensible tendons, which end where a tendon becomes slack or taut.
 
-use super::super::changes::{ASTRAY, Changes, Verdict, judge};
+use super::super::changes::{Changes, LARGEST_LENGTH_ERROR, Verdict, judge};
 use super::super::following::Search;
 use super::super::integrator::Integrator;
 use super::super::status::{Status, Stop};
@@ -18,7 +18,7 @@ const SHORTEST: f64 = 1e-9;
 
 /// The change of a length over a step is a jump if it differs from that by the rates at both ends by more than this part; for resolved
 /// motions the difference is at most half of this.
-const UNEVEN: f64 = 0.25;
+const JUMP_RATIO: f64 = 0.25;
 
 impl<M: Model> Run<M> {
     /// Makes a step that ends at the latest where the active set of one-sided constraints changes.
@@ -78,7 +78,7 @@ impl<M: Model> Run<M> {
                     (planned, corrections) = (Some(event), corrections + 1);
                     continue;
                 }
-                Verdict::Astray(by) => {
+                Verdict::LengthError(by) => {
                     integrator.undo_step();
                     let middle = 0.5 * (times[0] + times[1]);
                     if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
@@ -158,7 +158,7 @@ impl<M: Model> Run<M> {
             let has_jumped = |(([from, rate], [to, next]), is_active): ((&[f64; 2], &[f64; 2]), bool)| {
                 let (change, by_rates) = (to - from, 0.5 * h * (rate + next));
                 let most = change.abs() + 0.5 * h * (rate.abs() + next.abs());
-                is_active && (change - by_rates).abs() > TAUT.max(UNEVEN * most)
+                is_active && (change - by_rates).abs() > TAUT.max(JUMP_RATIO * most)
             };
             Ok(before.iter().zip(&after).zip(active).any(has_jumped))
         })
@@ -193,7 +193,7 @@ impl<M: Model> Run<M> {
                 set_taut_tendons(self.integrator.model(), &start);
                 return Ok(status);
             };
-            if misfit.excess > ASTRAY {
+            if misfit.excess > LARGEST_LENGTH_ERROR {
                 self.integrator.undo_step();
                 set_taut_tendons(self.integrator.model(), &start);
                 return Ok(Some(self.stop.insert(Stop::at_conflict(self.integrator.t())).status));

@@ -43,7 +43,7 @@ const FIRST: f64 = 1e3;
 const RANK: f64 = 1e-8;
 
 /// Steps below this length, for unknowns of order one, count as converged.
-const STILL: f64 = 1e-7;
+const CONVERGED_STEP: f64 = 1e-7;
 
 /// Tolerance of roots between steps, relative to the requested one.
 const CLOSER: f64 = 0.1;
@@ -120,7 +120,7 @@ impl Form {
             let step = roots.step(&here, &vec![0.0; here.values.len()], &wanted);
             let length = norm(&step);
             let next = loop {
-                if length <= STILL || part < SHORTEST {
+                if length <= CONVERGED_STEP || part < SHORTEST {
                     break None;
                 }
                 let there = here.x.iter().zip(&step).map(|(x, step)| x + part * step).collect();
@@ -132,7 +132,7 @@ impl Form {
             };
             match next {
                 Some(there) => (here, part) = (there, (LONGER * part).min(1.0)),
-                None if length <= STILL.max(tolerance / here.least) => {
+                None if length <= CONVERGED_STEP.max(tolerance / here.least) => {
                     x.copy_from_slice(&here.x);
                     return Ok(true);
                 }

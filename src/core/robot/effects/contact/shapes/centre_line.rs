@@ -16,7 +16,7 @@ const TURN: f64 = 0.4;
 const MOST_PARTS: f64 = 32.0;
 
 /// Number of places at which the curvature of a part is evaluated.
-const LOOKS: usize = 8;
+const SAMPLES: usize = 8;
 
 /// The curve between two places, as a polynomial of a fraction from 0 to 1.
 #[derive(Clone, Debug)]
@@ -178,8 +178,8 @@ impl CentreLine {
     /// Places with the curvature there.
     fn bends(&self) -> impl Iterator<Item = (Vector<f64>, f64)> + '_ {
         self.parts.iter().flat_map(|part| {
-            (0..=LOOKS).map(|k| {
-                let [position, slope, bend] = part.at(k as f64 / LOOKS as f64);
+            (0..=SAMPLES).map(|k| {
+                let [position, slope, bend] = part.at(k as f64 / SAMPLES as f64);
                 (position, size(slope.cross(bend)) / size(slope).powi(3))
             })
         })
