@@ -1,4 +1,4 @@
-//! Parts of a linear system with constraints that nothing couples, such as cables of one robot that are each held at both ends.
+//! Independent parts of a linear system with constraints, such as several cables of a robot, each fixed at both ends.
 
 use crate::numerics::linalg::Matrix;
 
@@ -8,17 +8,17 @@ pub(super) struct Parts {
     /// Part of each unknown, numbered in the order of their first unknowns; coordinates first, then multipliers.
     pub(super) of: Vec<usize>,
     pub(super) count: usize,
-    /// For each unknown another one of its part, or itself.
+    /// Links of a disjoint-set forest: for each unknown a lower one of its part, or itself for the first.
     next: Vec<usize>,
 }
 
 impl Parts {
-    /// One part of all.
+    /// A single part with all unknowns.
     pub(super) fn new(unknowns: usize) -> Self {
         Self { of: vec![0; unknowns], count: 1, next: vec![0; unknowns] }
     }
 
-    /// Finds the parts; returns whether they are other ones than before. Cost: (n + m) n comparisons at most.
+    /// Finds the parts; returns whether they have changed. Cost: (n + m) n comparisons at most.
     pub(super) fn find(&mut self, tangent: &Matrix, constraints: &Matrix) -> bool {
         let (n, m) = (tangent.nrows(), constraints.nrows());
         let mut trees = n + m;
@@ -37,7 +37,7 @@ impl Parts {
         self.number()
     }
 
-    /// Numbers the parts; returns whether any unknown belongs to another one than before.
+    /// Numbers the parts; returns whether the part of any unknown has changed.
     fn number(&mut self) -> bool {
         let (mut count, mut is_new) = (0, false);
         for k in 0..self.next.len() {
@@ -54,14 +54,14 @@ impl Parts {
     }
 }
 
-/// Makes the parts of two unknowns one; returns whether they were two.
+/// Merges the parts of two unknowns; returns whether they were different.
 fn join(next: &mut [usize], first: usize, second: usize) -> bool {
     let (first, second) = (root(next, first), root(next, second));
     next[first.max(second)] = first.min(second);
     first != second
 }
 
-/// The first unknown of a part; shortens the way to it.
+/// The first unknown of a part; halves the path to it.
 fn root(next: &mut [usize], mut k: usize) -> usize {
     while next[k] != k {
         next[k] = next[next[k]];

@@ -38,8 +38,8 @@ const NEIGHBOURHOOD: f64 = 2.0 * PI;
 /// Sections whose half extents differ by less than this fraction are round.
 const ROUND: f64 = 1e-12;
 
-/// Rods of a smaller radius, relative to the length of the robot, overlap with half-spaces by the second part of the length in the softest contacts.
-/// A wire with a radius of 1e-4 of its length is at rest on the ground after 59 tangents, after 2469 where its thickness is the measure.
+/// The softest contacts of rods with half-spaces have an overlap of `SOFT_DEPTH` times the length of the robot, not of the thickness, if the
+/// radius is below `THIN` times this length. Equilibrium of a wire on the ground, radius 1e-4 of its length: 59 tangents instead of 2469.
 const THIN: f64 = 1e-3;
 const SOFT_DEPTH: f64 = 1e-2;
 
@@ -206,8 +206,8 @@ fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Sid
     surfaces.chain(sides.iter().map(of_rod)).fold(f64::INFINITY, f64::min)
 }
 
-/// Overlap of the softest contacts of a search: the thickness, and of thin rods with half-spaces, whose surface shows at any depth on which side
-/// they are, a part of the length of the robot.
+/// Overlap of the softest contacts of a search: the thickness, but for thin rods with half-spaces a part of the length of the robot, since
+/// the outward direction of a half-space is known at any depth.
 fn soft_depth<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: f64, length: f64) -> f64 {
     match sides {
         [Side::Rod(_), Side::Solid(solid)]
@@ -219,13 +219,13 @@ fn soft_depth<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: 
     }
 }
 
-/// The power of length in the unit of a contact's stiffness: 2 along rods, where it is a stiffness per length, otherwise 1.
+/// Exponent of the length in the unit N/m^p of a contact's stiffness: 2 along rods (stiffness per length), otherwise 1.
 fn power(contact: &Contact) -> i32 {
     let is_rod = |surface: &Surface| matches!(surface, Surface::Rod { .. });
     if contact.surfaces.iter().any(is_rod) { 2 } else { 1 }
 }
 
-/// Number of points of a first side that can touch the second.
+/// Maximum number of contact points of a pair of sides.
 fn places_of<G: Turning>(contacts: &Contacts<G>, [side, other]: &[Side; 2]) -> usize {
     let has_features = |solid: &usize| contacts.solids[*solid].solid.has_features();
     let is_divided = if let Side::Solid(solid) = other { has_features(solid) } else { false };
