@@ -12,29 +12,40 @@ pub struct CollidingParts {
     takes_part: Vec<bool>,
     q: Vec<f64>,
     v: Vec<f64>,
+    a: Vec<f64>,
 }
 
 impl CollidingParts {
-    /// Finds these parts in a motion in which surfaces touch, at the time that is set.
-    pub fn find<M: Model + ?Sized>(&mut self, model: &mut M, [q, v, a]: [&[f64]; 3]) {
+    /// Finds the parts that contact forces act on at one of the ends of a step, at the time that is set: those of one end alone would leave
+    /// others where they were, within surfaces that have moved.
+    pub fn find<M: Model + ?Sized>(&mut self, model: &mut M, states: [[&[f64]; 2]; 2]) {
         self.takes_part.clear();
         let facts = model.facts();
         // Constraints transmit an impact to other parts.
         if facts.parts.len() < 2 || facts.constraints() > 0 {
             return;
         }
-        let (n, a) = (q.len(), &a[..q.len()]);
+        let n = facts.n;
+        // Contact forces do not depend on accelerations.
+        self.a.clear();
+        self.a.resize(n, 0.0);
         self.with.resize(n, 0.0);
         self.without.resize(n, 0.0);
-        model.leave_contact(true);
-        model.inverse_dynamics(q, v, a, &mut self.without);
-        model.leave_contact(false);
-        model.inverse_dynamics(q, v, a, &mut self.with);
-        for &size in &model.facts().parts {
-            let part = self.takes_part.len()..self.takes_part.len() + size;
-            // Forces of parts without contact agree bit for bit.
-            let is_colliding = self.with[part.clone()] != self.without[part];
-            self.takes_part.resize(self.takes_part.len() + size, is_colliding);
+        self.takes_part.resize(n, false);
+        for [q, v] in states {
+            model.leave_contact(true);
+            model.inverse_dynamics(q, v, &self.a, &mut self.without);
+            model.leave_contact(false);
+            model.inverse_dynamics(q, v, &self.a, &mut self.with);
+            let mut first = 0;
+            for &size in &model.facts().parts {
+                let part = first..first + size;
+                // Forces of parts without contact agree bit for bit.
+                if self.with[part.clone()] != self.without[part.clone()] {
+                    self.takes_part[part].fill(true);
+                }
+                first += size;
+            }
         }
         if !self.takes_part.contains(&true) {
             self.takes_part.clear();

@@ -295,9 +295,8 @@ impl Unilateral {
         };
         let after = snapshot(model, ends.t[1], motions[1])?;
         if let (Some(before), Some(after)) = (&before, &after) {
-            // Colliding parts are determined at an end at which surfaces touch.
-            self.colliding_parts.find(model, motions[usize::from(self.will_touch)]);
             let states = motions.map(|[q, v, _]| [q, v]);
+            self.colliding_parts.find(model, states);
             let kinetic = [(states[0], before), (states[1], after)]
                 .map(|(state, snapshot)| self.colliding_parts.kinetic(model, state, snapshot.kinetic));
             let gain = self.colliding_parts.gain(model, states[0], states[1], after.total - before.total);

@@ -197,16 +197,19 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             false => unilateral.steps_without_memory.saturating_sub(1),
         };
         unilateral.follow_separation(model, &ends)?;
-        if unilateral.will_touch {
+        let impact = if unilateral.will_touch && unilateral.counts() {
             let Ends { t: [_, t], h, .. } = ends;
-            if let Some(impact) = model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
-                && unilateral.counts()
-            {
-                unilateral.impacts.count(t, &impact);
-            }
+            model_at(self.system, t)?.impact(ends.before(), ends.after(), h).map(|impact| (t, impact))
         } else {
-            // Surfaces that separate have still touched at its start.
-            unilateral.follow_impact(model, &ends)?;
+            None
+        };
+        match impact {
+            Some((t, impact)) => {
+                unilateral.impacts.count(t, &impact);
+                unilateral.forget();
+            }
+            // Surfaces that separate have still touched at its start, and many impacts that do not matter may matter together.
+            None => unilateral.follow_impact(model_of(self.system), &ends)?,
         }
         self.accept()
     }

@@ -13,6 +13,9 @@ const LOSS: f64 = 0.25;
 /// its energy.
 const UNEXPLAINED: f64 = 0.06;
 
+/// The same if impacts are resolved, but not all of them: resolved ones lose less.
+const UNRESOLVED: f64 = 0.02;
+
 /// Losses must also exceed this part of the elastic energy: slowly pressed bodies have hardly any kinetic energy to lose.
 const AT_REST: f64 = 0.1;
 
@@ -89,15 +92,21 @@ impl Impacts {
             self;
         let all = lost + most_missing;
         let exceeds = |loss: f64, part: f64| loss > (part * kinetic).max(AT_REST.min(part) * elastic);
-        let is_explained = !is_known || !exceeds(lost + missing, UNEXPLAINED);
+        let unexplained = if remedy == Remedy::Bounded { UNRESOLVED } else { UNEXPLAINED };
+        let is_explained = !is_known || !exceeds(lost + missing, unexplained);
         if kinetic == 0.0 || is_explained && !exceeds(all, LOSS) {
             return None;
         }
+        let bounded = if remedy == Remedy::Bounded {
+            " Other impacts were resolved, with half as much work as the rest of the run."
+        } else {
+            ""
+        };
         if most_missing > lost {
             return Some(format!(
                 "Impacts take only a few steps of {} s, which do not resolve the contact forces: the motion loses {} J, \
                  {:.0} % of its largest kinetic energy, without dissipation. Take `dt={:.1e}` or less, {:.0} \
-                 times less `stiffness`, or method \"radau\".",
+                 times less `stiffness`, or method \"radau\".{bounded}",
                 Number(dt),
                 energy(all),
                 100.0 * all / kinetic,
@@ -119,11 +128,7 @@ impl Impacts {
             } else {
                 ""
             },
-            if remedy == Remedy::Bounded {
-                " Other impacts were resolved, with half as much work as the rest of the run."
-            } else {
-                ""
-            }
+            bounded
         ))
     }
 

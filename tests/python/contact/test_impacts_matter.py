@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.optimize import brentq
 
 import lissom
 from lissom import Ball, Body, Box, Contact, Free, HalfSpace, Link, Prismatic, Robot
@@ -137,6 +138,52 @@ def test_rows_of_light_and_heavy_balls_gain_nothing(number):
     scale = balls.masses @ np.abs(v)
     assert_allclose(balls.masses @ found, balls.masses @ v, atol=1e-6 * scale)
     assert balls.energy(result.q[-1], found) < 1.01 * balls.energy(x, v)
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_free_balls_lose_no_more_than_those_on_rails(number):
+    """A light ball between heavy ones; what may be spent on impacts counted evaluations as dearer than they are."""
+    random = np.random.default_rng(number)
+    balls = BallRow([63.0, 0.04, 62.0], RADIUS, 10.0 ** random.uniform(4, 6.5))
+    dt = 10.0 ** random.uniform(-3, -2)
+    x = places(10.0 ** random.uniform(-4, -1, 2))
+    v = random.uniform(-1, 1, 3) + np.array([2.0, 0, 0])
+    links = [
+        Link(f"ball {i}", joint=Free(), body=Body(mass, inertia=(0.4 * mass * RADIUS**2,) * 3))
+        for i, mass in enumerate(balls.masses)
+    ]
+    contacts = [
+        Contact(
+            Ball(first.name, RADIUS), Ball(second.name, RADIUS), stiffness=balls.stiffness, dissipation=0.0
+        )
+        for first, second in itertools.pairwise(links)
+    ]
+    q0, v0 = np.zeros(18), np.zeros(18)
+    q0[::6], v0[::6] = x, v
+    robot = Robot(links, contacts=contacts, gravity=(0, 0, 0))
+    result = lissom.simulate(robot, 30 * dt, dt=dt, q0=q0, v0=v0)
+    assert_allclose(robot.energy(result.q[-1], result.v[-1]).total, robot.energy(q0, v0).total, rtol=1e-3)
+    assert result.doubt is None
+
+
+@pytest.mark.parametrize("steps", [10, 31, 100])
+@pytest.mark.parametrize("dissipated", [0.3, 3.0, 30.0, 300.0])
+def test_impacts_that_lose_almost_all(dissipated, steps):
+    """Dissipation acts within a small part of the impact of that stiffness, which takes this number of steps."""
+    dt, speed = 1e-3, 1.0
+    contact = Contact(
+        Ball("ball", RADIUS), FLOOR, stiffness=(np.pi / (steps * dt)) ** 2, dissipation=dissipated / speed
+    )
+    ball = Link("ball", joint=Prismatic((0, 0, 1)), body=Body(1.0))
+    robot = Robot([ball], contacts=[contact], gravity=(0, 0, 0))
+    result = lissom.simulate(robot, 0.5, dt=dt, q0=[RADIUS + 0.0303], v0=[-speed])
+
+    # The integral of u / (1 + c u) over the speed u is the same before and after (Hunt and Crossley 1975); y = -ln(1 - c u) after it.
+    before = dissipated - np.log1p(dissipated)
+    y = brentq(lambda y: y + np.expm1(-y) - before, 0.0, dissipated + 2.0)
+    expected = -np.expm1(-y) * speed / dissipated
+    assert_allclose(result.v[-1, 0], expected, atol=1e-2 * speed)
+    assert result.balance.drift < 0.05
 
 
 @pytest.mark.parametrize("dt", [1e-2, 3e-3, 1e-3])

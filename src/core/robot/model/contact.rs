@@ -232,7 +232,7 @@ impl InImpact for RobotModel {
                     return false;
                 }
                 let mut colliding_parts = std::mem::take(&mut self.colliding_parts);
-                colliding_parts.find(self, if self.is_touched() { motion } else { [q, qd, qdd] });
+                colliding_parts.find(self, [[q, qd], [q_after, qd_after]]);
                 let gain = colliding_parts.gain(self, [q, qd], [q_after, qd_after], gain);
                 let kinetic = [(q, qd, before), (q_after, qd_after, after)]
                     .map(|(q, qd, energy)| colliding_parts.kinetic(self, [q, qd], energy.kinetic));
@@ -256,7 +256,7 @@ impl InImpact for RobotModel {
         let at_end = self.cached.energy;
         let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
         let mut colliding_parts = std::mem::take(&mut self.colliding_parts);
-        colliding_parts.find(self, motion);
+        colliding_parts.find(self, [before, [q, qd]]);
         let gain = colliding_parts.gain(self, before, [q, qd], at_end.total() - at_start.total());
         let kinetic = colliding_parts.kinetic(self, before, at_start.kinetic);
         self.colliding_parts = colliding_parts;

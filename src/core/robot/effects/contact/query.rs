@@ -76,15 +76,16 @@ pub(crate) fn store_rates<G: Turning>(work: &mut Workspace<G>) {
 /// Whether a step of size `h` is too long to resolve its impacts, with the motion at its end up to date, and the stored rates of
 /// distances for the velocities at its start ([`store_rates`]).
 ///
-/// Surfaces that have met within the step, according to both rates, must not have lost much of their speed. For all others, the
-/// stiffness over the mass follows from the overlap d and the acceleration a with which they separate, `omega^2 = a / d`; the impact
-/// takes `pi / omega`.
+/// Surfaces that have met within the step, according to both rates, must not have lost much of their speed, nor must those that
+/// dissipation slows down (`c v > 1`). For all others, the stiffness over the mass follows from the overlap d and the acceleration a with
+/// which they separate, `omega^2 = a / d`; the impact takes `pi / omega`.
 pub(crate) fn has_unresolved_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, h: f64) -> bool {
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates);
     touches.enumerate().any(|(t, (touch, &before))| {
         let (overlap, after) = (touch.contact_point.overlap, touch.contact_force.rate);
         let has_met = overlap + 0.5 * h * (before + after) < 0.0;
-        has_met && after - before > MOST_LOST * before.abs()
+        let is_dissipated = -touch.contact_point.law.dissipation * before > 1.0;
+        (has_met || is_dissipated) && after - before > MOST_LOST * before.abs()
             || h * h * opening(plan, work, t)
                 > UNRESOLVED * overlap * touch.contact_force.stiffening().max(1.0)
     })
@@ -143,7 +144,8 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
 ///
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
-/// `by_weight`, a is that of the weight alone: the forces of waves along a compressed rod last no longer than these.
+/// `by_weight`, a is that of the weight alone: the forces of waves along a compressed rod last no longer than these. Dissipation
+/// c of more than 1/u takes the speed within `1 / (omega sqrt(c u))`, for which an impact counts as that much stiffer.
 pub(crate) fn separation<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -156,17 +158,19 @@ pub(crate) fn separation<G: Turning>(
     let mut found = Separation::default();
     for (touch, (&before, (&unpushed, &(stiffness, is_held)))) in contact.touches.iter().zip(cached) {
         let overlap = touch.contact_point.overlap;
-        let is_coarse = h * h * stiffness > COARSE;
         let contact_force = if by_weight { acceleration_by_weight(plan, work, touch) } else { -unpushed };
         let began = (overlap + 0.5 * since * (before + touch.contact_force.rate)).max(0.0);
         // Other surfaces may prevent the release of energy that is stored between several pairs.
         let stored = if is_held { 0.0 } else { (stiffness * began - 2.0 * contact_force) * began };
         let square = before * before + stored;
-        if !is_coarse || square <= 0.0 || before > 0.0 && began == 0.0 {
+        let speed = square.max(0.0).sqrt();
+        let dissipated = touch.contact_point.law.dissipation * speed;
+        let stiffness = stiffness * dissipated.max(1.0);
+        let is_coarse = h * h * stiffness > COARSE;
+        if !is_coarse || speed == 0.0 || before > 0.0 && began == 0.0 {
             continue;
         }
-        let speed = square.sqrt();
-        let leaving = speed * rebound(touch.contact_point.law.dissipation * speed);
+        let leaving = speed * rebound(dissipated);
         if leaving * h > REACHED * plan.effects.contacts.pairs[touch.pair].thickness {
             let (flight, impact) = (2.0 * leaving / (contact_force.max(0.0) * h), PI / stiffness.sqrt());
             found = found.and(Separation { flight, impact, speed: leaving });
