@@ -457,17 +457,22 @@ impl Unilateral {
     }
 }
 
-/// Energies and supplied power of a state; `None` for models with dissipation, which is inaccurate within impacts, and for models
-/// whose base or loads vary in time, whose power is known at single times only.
+/// Whether a change of the energy shows what steps lose: not with dissipation, which is inaccurate within impacts, and not if the base or
+/// loads vary in time, whose power is known at single times only.
+pub(super) fn knows_losses(facts: &Facts) -> bool {
+    !(facts.is_carried || facts.varies_in_time || facts.is_damped)
+}
+
+/// Energies and supplied power of a state; `None` if they do not show [what steps lose](knows_losses).
 fn snapshot<M: Model + ?Sized>(
     model: &mut M,
     t: f64,
     [q, v, a]: [&[f64]; 3],
 ) -> Result<Option<EnergySnapshot>, Interrupted> {
-    let Facts { is_damped, is_driven, is_carried, varies_in_time, .. } = *model.facts();
-    if is_carried || varies_in_time || is_damped {
+    if !knows_losses(model.facts()) {
         return Ok(None);
     }
+    let is_driven = model.facts().is_driven;
     model.set_time(t)?;
     let energy = model.energy(q, v);
     let supplied = if is_driven { model.supplied_power(q, v, &a[..q.len()]) } else { 0.0 };

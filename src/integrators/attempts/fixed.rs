@@ -1,6 +1,6 @@
 //! Steps of fixed size.
 
-use super::diagnosis::{Diagnosis, Kind};
+use super::diagnosis::{Diagnosis, Kind, knows_losses};
 use super::{Ends, Stepper, Unilateral};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
@@ -205,7 +205,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
         };
         match impact {
             Some((t, impact)) => {
-                unilateral.impacts.count(t, &impact);
+                unilateral.impacts.count(t, &impact, knows_losses(self.system.facts()));
                 unilateral.forget();
             }
             // Surfaces that separate have still touched at its start, and many impacts that do not matter may matter together.

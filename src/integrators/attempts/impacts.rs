@@ -54,7 +54,9 @@ pub(super) struct Impacts {
 }
 
 impl Impacts {
-    pub(super) fn count(&mut self, t: f64, impact: &Impact) {
+    /// Records an impact that a step has stopped; `is_known` says whether nothing but steps loses energy.
+    pub(super) fn count(&mut self, t: f64, impact: &Impact, is_known: bool) {
+        self.is_known |= is_known;
         self.kinetic = self.kinetic.max(impact.kinetic);
         self.elastic = self.elastic.max(impact.elastic);
         // At most the kinetic energy can be given back: slowly pressed bodies lose energy to friction and bases.
