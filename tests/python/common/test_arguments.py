@@ -9,7 +9,7 @@ import pytest
 from fuzz import api
 from fuzz.recipes import RECIPES
 
-#: Seconds after which a call is no longer waited for: it accepted its arguments, and computes.
+#: Seconds of processor time after which a call is no longer waited for: it accepted its arguments, and computes.
 PATIENCE = 2.0
 
 #: Values that are no number, as Python text.
@@ -108,8 +108,8 @@ def attempt(function, arguments):
     """The exception of a call; None if it takes its arguments."""
     space = {}
     exec(compile(api.HEAD + api.script(function, arguments), "case", "exec"), space)
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+    before = signal.signal(signal.SIGPROF, late)
+    signal.setitimer(signal.ITIMER_PROF, PATIENCE)
     try:
         with np.errstate(all="ignore"):
             space["call"]()
@@ -118,8 +118,8 @@ def attempt(function, arguments):
     except BaseException as error:
         return error
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
     return None
 
 

@@ -467,7 +467,7 @@ def test_impacts_of_few_steps_that_lose_energy_are_doubted(steps_of_impact):
     with pytest.warns(lissom.AccuracyWarning, match="Impacts take only a few steps") as caught:
         result = lissom.simulate(robot, t, q0=q0, dt=dt, method=STOPPED)
     assert kept(result) < 0.75
-    said = float(re.search(r"motion, (\d+) % of its largest", str(caught[0].message))[1]) / 100
+    said = float(re.search(r"J, (\d+) % of its largest", str(caught[0].message))[1]) / 100
     assert abs(said - (1 - kept(result))) < 0.1
     step = float(re.search(r"`dt=([\d.e-]+)`", result.doubt)[1])
     finer = lissom.simulate(robot, t, q0=q0, dt=step, method=STOPPED)
@@ -576,7 +576,7 @@ def test_impacts_are_doubted_beside_what_takes_no_part(stiffness, options, other
     with pytest.warns(lissom.AccuracyWarning, match="Impacts"):
         found = lissom.simulate(more, 0.8, dt=0.01, **start, method=method)
     assert_allclose(found.q[:, 0], alone.q[:, 0], atol=1e-6)
-    percents = [int(re.search(r"motion, (\d+) % of", doubt)[1]) for doubt in (found.doubt, alone.doubt)]
+    percents = [int(re.search(r"J, (\d+) % of", doubt)[1]) for doubt in (found.doubt, alone.doubt)]
     assert abs(percents[0] - percents[1]) <= 2
     assert other is FALLING or found.doubt == alone.doubt
     if not options:
