@@ -12,7 +12,7 @@ use super::model::check_time;
 use super::reach::{PoseArguments, Targets};
 use super::record::{self, ReadOnly, Reduced};
 use super::robot::PyRobot;
-use super::statics::run;
+use super::statics::{inputs_of, run};
 use crate::analysis::actuate as core;
 use crate::analysis::actuate::{Found, Options};
 use crate::analysis::stability::Stability;
@@ -148,7 +148,7 @@ impl PyActuateResult {
 ///     Bounds of all inputs, or bounds by name; infinite for no bound. In addition tensions and lengths are
 ///     not negative, torques stay within the `limits` of their motor, and directions of sliding between -1
 ///     and 1.
-/// u : array_like, shape (m,), optional
+/// u : array_like, shape (m,), or dict, optional
 ///     The initial inputs, moved within the limits; inputs that may not change keep these values. By default
 ///     `u0` of the robot. A slack tendon has no effect on the shape: if its length is an input, start with
 ///     the tendon taut.
@@ -216,6 +216,7 @@ pub(crate) fn actuate<'py>(
         let found = convert::describe(robot);
         return Err(PyTypeError::new_err(format!("robot: expected a Robot or a Rod, got {found}")));
     };
+    let u = u.map(|u| inputs_of(robot, u)).transpose()?;
     let mut model = of_python.get().model();
     check_time(t, model.facts().time_span)?;
     let robot = model.description().clone();
@@ -224,7 +225,7 @@ pub(crate) fn actuate<'py>(
     let n = robot.coordinates();
     let defaults = Options::default();
     let options = Options {
-        u: u.map(|u| convert::finite_vector_of(u, names.len(), "u")).transpose()?,
+        u,
         q0: q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?,
         free: inputs.map(|inputs| entries_of(inputs, &names)).transpose()?,
         limits: limits.map_or(Ok(Vec::new()), |limits| limits_of(limits, &names))?,

@@ -32,7 +32,7 @@ macro_rules! extractors {
 
 extractors!(number: convert::number => f64 {
     X dt frequency gravity length load_factor mass memory_limit
-    min_step phase poisson_ratio rtol stiffness t t0 t_bound t_end tol x xtol
+    min_step phase poisson_ratio rtol stiffness t t0 t_bound tol x xtol
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {

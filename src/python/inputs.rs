@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyMapping;
+use pyo3::types::{PyDict, PyMapping};
 
 use super::convert;
 use crate::description::schema::suggestion;
@@ -70,7 +70,30 @@ pub(super) fn pairs(
         let expected = "a mapping from names of inputs to pairs";
         return Err(PyTypeError::new_err(format!("{place}: expected {expected}, got {found}")));
     };
-    let mut pairs: Vec<(Pair, String)> = Vec::new();
+    by_name(mapping, names, place, |value, entries, place| pair(value, entries, place, read))
+}
+
+/// The mapping by which inputs are given by their names, unless they are an array.
+pub(super) fn mapping_of<'a, 'py>(u: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyMapping>> {
+    u.cast::<PyDict>().ok().map(|mapping| mapping.as_mapping())
+}
+
+/// Values for all inputs: those that a mapping names, and `u` for the others.
+pub(super) fn named(mapping: &Bound<'_, PyMapping>, names: &[String], mut u: Vec<f64>) -> PyResult<Vec<f64>> {
+    for (of_input, values) in by_name(mapping, names, "u", value)? {
+        u[of_input].copy_from_slice(&values);
+    }
+    Ok(u)
+}
+
+/// For each name of a mapping its indices in u and what its value is read as. No entry may occur twice.
+fn by_name<T>(
+    mapping: &Bound<'_, PyMapping>,
+    names: &[String],
+    place: &str,
+    read: impl Fn(&Bound<'_, PyAny>, usize, &str) -> PyResult<T>,
+) -> PyResult<Vec<(Range<usize>, T)>> {
+    let mut found: Vec<((Range<usize>, T), String)> = Vec::new();
     for item in mapping.items()? {
         let (name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = item.extract()?;
         let Ok(name) = name.extract::<String>() else {
@@ -78,19 +101,20 @@ pub(super) fn pairs(
             return Err(PyTypeError::new_err(format!("{place}: expected names of inputs, got {found}")));
         };
         let of_input = entries(names, &name, place)?;
-        let overlaps =
-            |((other, _), _): &&(Pair, String)| other.start < of_input.end && of_input.start < other.end;
-        if let Some((_, other)) = pairs.iter().find(overlaps) {
+        let overlaps = |((other, _), _): &&((Range<usize>, T), String)| {
+            other.start < of_input.end && of_input.start < other.end
+        };
+        if let Some((_, other)) = found.iter().find(overlaps) {
             let shared = names[of_input].join("', '");
             let message =
                 format!("{place}: '{other}' and '{name}' both set '{shared}': give only one of them");
             return Err(PyValueError::new_err(message));
         }
         let place = format!("{place}['{name}']");
-        let values = pair(&value, of_input.len(), &place, read)?;
-        pairs.push(((of_input, values), name));
+        let value = read(&value, of_input.len(), &place)?;
+        found.push(((of_input, value), name));
     }
-    Ok(pairs.into_iter().map(|(pair, _)| pair).collect())
+    Ok(found.into_iter().map(|(found, _)| found).collect())
 }
 
 /// Two values for an input with this number of entries.

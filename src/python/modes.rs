@@ -89,8 +89,8 @@ impl PyModesResult {
 ///     Coordinates of the equilibrium, such as `q` from `statics`.
 /// t : float
 ///     Time at which time-dependent loads are evaluated, seconds.
-/// u : array_like, shape (m,), optional
-///     Inputs; by default `u0` of the model.
+/// u : array_like, shape (m,), or dict, optional
+///     Inputs, or some of them by name; by default `u0` of the model.
 ///
 /// Returns
 /// -------

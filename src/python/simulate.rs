@@ -18,7 +18,7 @@ use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
-use crate::python::words::no_others;
+use crate::python::words::{no_others, required};
 use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{
@@ -123,7 +123,7 @@ const EVERY_STEP: &str = "steps";
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
+        model, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
         control_step=None, max_seconds=None, **others
@@ -136,7 +136,7 @@ const EVERY_STEP: &str = "steps";
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
     model: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = arguments::number::t_end)] t_end: f64,
+    #[pyo3(from_py_with = arguments::optional_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
@@ -163,6 +163,7 @@ pub(crate) fn simulate<'py>(
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
     no_others("simulate", others)?;
+    let t_end = required(t_end, "simulate", "positional", "t_end")?;
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
             "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \

@@ -340,8 +340,8 @@ impl PyContinuationResult {
 ///     Maximum number of Newton iterations of 'descent' and 'newton'; the default is ten times as large with contact.
 /// max_steps : int
 ///     Maximum number of steps of 'load_path'.
-/// u : array_like, shape (m,), optional
-///     Inputs; by default `u0` of the model.
+/// u : array_like, shape (m,), or dict, optional
+///     Inputs, or some of them by name; by default `u0` of the model.
 /// stability : bool
 ///     Whether to judge the stability of the equilibrium. Without, `stability` is None.
 /// space_error : bool, optional
@@ -556,7 +556,7 @@ impl PyStaticsResult {
 ///     Time at which time-dependent loads are evaluated, seconds.
 /// tol : float
 ///     As for `statics`.
-/// u : array_like, shape (m,), optional
+/// u : array_like, shape (m,), or dict, optional
 ///     Inputs that do not vary along the path; by default `u0` of the model.
 /// inputs : mapping from str to (from, to), optional
 ///     Names of the inputs that vary, with their values at 0 and at 1: two numbers, or two triples for a vector input. A vector
@@ -628,6 +628,7 @@ pub(crate) fn continuation<'py>(
         max_step: max_step.unwrap_or(defaults.max_step),
         max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
         tol: tol.unwrap_or(defaults.tol),
+        ..defaults
     };
     let search = move |monitor: Monitor<'_>| core::continuation(&mut *model, &options, monitor);
     run(py, n, search, |found| {

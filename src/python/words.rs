@@ -4,36 +4,36 @@ use pyo3::exceptions::{PyFutureWarning, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::description::schema::suggestion;
-
-/// The known name that a word may stand for: one that ends with it (`orientation` may mean `base_orientation`), of which it is
-/// the symbol, or that is spelt alike.
-pub(super) fn meant<'a>(word: &str, known: impl Iterator<Item = &'a str> + Clone) -> Option<&'a str> {
-    let end = format!("_{word}");
-    known.clone().find(|name| name.ends_with(&end)).or_else(|| suggestion(word, known))
-}
+use crate::description::schema::{keyword, suggestion};
 
 /// The known name that a word may mean.
 #[pyfunction]
 #[pyo3(name = "meant", signature = (word, known, /))]
 pub(super) fn meant_in_python(word: &str, known: Vec<String>) -> Option<String> {
-    meant(word, known.iter().map(String::as_str)).map(str::to_owned)
+    suggestion(word, known.iter().map(String::as_str)).map(str::to_owned)
 }
 
-/// Refuses keyword arguments that a function or class of this module does not have, with those that it has and the one that may be
-/// meant.
+/// Refuses keyword arguments that a function, class or method of this module, such as `Robot.pose`, does not have, with those that it has
+/// and the one that may be meant.
 pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let Some((key, _)) = others.into_iter().flatten().next() else { return Ok(()) };
-    let module = key.py().import("lissom._lissom")?;
+    let module = key.py().import("lissom._lissom")?.into_any();
     let key: String = key.extract()?;
-    let signature: String = module.getattr(name)?.getattr("__text_signature__")?.extract()?;
+    let called = name.split('.').try_fold(module, |owner, name| owner.getattr(name))?;
+    let signature: String = called.getattr("__text_signature__")?.extract()?;
     let known: Vec<_> = names_of(&signature).collect();
-    let meant = meant(&key, known.iter().copied())
-        .map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    let meant = keyword(&key, known.iter().copied()).map_or_else(String::new, |meant| format!("; {meant}"));
     Err(PyTypeError::new_err(format!(
         "{name}() got an unexpected keyword argument '{key}', expected {}{meant}",
         known.join(", ")
     )))
+}
+
+/// An argument that is required, where another name that may stand for it is to be refused first.
+pub(super) fn required<T>(value: Option<T>, function: &str, kind: &str, name: &str) -> PyResult<T> {
+    value.ok_or_else(|| {
+        PyTypeError::new_err(format!("{function}() missing 1 required {kind} argument: '{name}'"))
+    })
 }
 
 /// Names of the parameters in a text such as `(model, t_end, *, t0=0.0)`.

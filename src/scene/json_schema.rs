@@ -76,6 +76,7 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             found.insert((*name).to_owned(), json!({ "type": "string", "enum": words }));
             json!({ "$ref": format!("#/definitions/{name}") })
         }
+        Kind::Array(Kind::Array(..), size) => of_kind(&Kind::Symmetric(*size), limits, found),
         Kind::Array(items, count) => {
             json!({ "type": "array", "items": of_kind(items, limits, found), "minItems": count, "maxItems": count })
         }

@@ -7,6 +7,7 @@ use super::lists::{self, Keys};
 use super::parts;
 use super::shape::{Shape, report};
 use super::written::Written;
+use crate::description::body::Body;
 use crate::description::joint as joints;
 use crate::description::joint::JointForces;
 use crate::description::schema::Value;
@@ -131,7 +132,9 @@ fn link(written: &Written<Link>, here: &str, shape: &mut Shape) -> Link {
     Link {
         name: key_of::<Link, _>(table, "name").unwrap_or(usual.name),
         rod: Some(rod).filter(|rod| !rod.segment.is_empty()),
-        body: key_of::<Link, _>(table, "body"),
+        // A body that cannot be read still is mass that a joint moves.
+        body: key_of::<Link, _>(table, "body")
+            .or_else(|| table.get("body").map(|_| Body::point(1.0).described(None))),
         joint: key_of::<Link, _>(table, "joint").unwrap_or_else(|| stand_in(table).described()),
         parent: key_of::<Link, _>(table, "parent"),
         at: key_of::<Link, _>(table, "at"),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, jacobian
-from ..common.arguments import flag, sequence
+from ..common.arguments import flag, sequence, suggesting
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
 from .measured import readings, sensors_of
@@ -127,6 +127,7 @@ class LinearModel:
         return iter((self.A, self.B, self.C, self.D))
 
 
+@suggesting
 def linearise(
     model: Model,
     q: ArrayLike,
@@ -207,6 +208,12 @@ def linearise(
     model.check_shape(q)
     q = np.asarray(q, float)
     stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=u)
+    if isinstance(u, dict):
+        # Sensors take arrays. The tangent has refused wrong names.
+        values = np.array(model.u0)
+        for name, value in u.items():
+            values[[name in (each, each.rpartition(".")[0]) for each in model.inputs]] = value
+        u = values
     seen = view(model)
     force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u), n)
     _check_inputs(model, force_names)

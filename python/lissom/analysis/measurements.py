@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import finite_array
-from ..common.arguments import number, sequence
+from ..common.arguments import number, sequence, suggesting
 
 Array = NDArray[np.float64]
 
@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 OF_PLACES = "arc lengths, links or pairs of them"
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class RecordedMotion:
     """Measured positions of points over time.
@@ -86,6 +87,7 @@ class RecordedMotion:
         check_noise(self.noise, "metres")
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class StaticShapes:
     """Measured positions of points in one or more equilibria.
@@ -131,6 +133,7 @@ class StaticShapes:
         check_noise(self.noise, "metres")
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class NaturalFrequencies:
     """Measured natural frequencies about an equilibrium.

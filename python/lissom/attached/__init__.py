@@ -23,7 +23,7 @@ from .._lissom import (
     StaticsResult,
 )
 from ..analysis.base import ParameterResult
-from ..common.arguments import text
+from ..common.arguments import suggesting, text
 from . import texts
 from .missing import INSTEAD, of_attribute
 from .models import advice_of_model, advice_of_scene, save_scene, scene_of
@@ -636,7 +636,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     own.__annotations__ = function.__annotations__
     own.__doc__ = text or function.__doc__
     own.__qualname__ = f"{owner.__name__}.{name}"
-    setattr(owner, name, own)
+    setattr(owner, name, suggesting(own) if own.__kwdefaults__ else own)
 
 
 #: File formats of a motion or a shape as meshes.

@@ -6,9 +6,11 @@ The extension and NumPy are loaded by the first conversion: commands that print 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,6 +67,33 @@ def keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
         raise TypeError(
             f"{function}() got an unexpected keyword argument {name!r}, expected {', '.join(names)}{advice}"
         )
+
+
+def suggesting(called: F) -> F:
+    """Let a function, or a class where it is called, refuse keyword arguments by `keywords`."""
+    import functools
+    import inspect
+
+    function: Any = vars(called)["__init__"] if isinstance(called, type) else called
+    shown = called.__qualname__
+    parameters = inspect.signature(function).parameters.values()
+    if any(each.kind is each.VAR_KEYWORD for each in parameters):
+        return called
+    known = [
+        each.name for each in parameters if each.name != "self" and each.kind is not each.POSITIONAL_ONLY
+    ]
+    names = frozenset(known)
+
+    @functools.wraps(function)
+    def checked(*args: Any, **kwargs: Any) -> Any:
+        if not names.issuperset(kwargs):
+            keywords(shown, kwargs, known)
+        return function(*args, **kwargs)
+
+    if isinstance(called, type):
+        type.__setattr__(called, "__init__", checked)
+        return called
+    return checked  # type: ignore[return-value]
 
 
 def sequence(name: str, value: Any, of: str) -> list[Any]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._lissom import check_target
+from ..common.arguments import suggesting
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
 
+@suggesting
 @dataclass(frozen=True)
 class Target:
     """The target pose of a link, for `Robot.reach`.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import struct
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..common import disk
-from ..common.arguments import number, path_of, text, vector, whole
+from ..common.arguments import number, path_of, suggesting, text, vector, whole
 from ..common.extras import missing
 from .glyphs.contacts import turn_of
 from .visuals import Visual, simplified
@@ -26,6 +27,13 @@ LARGEST = 64 * 2**20
 
 #: Largest number of triangles that is kept of a file unless said otherwise: about 50 kB of a report.
 MAX_TRIANGLES = 5000
+
+#: Largest distance of a corner from the origin along an axis, metres: beyond it is a mistake of units.
+FARTHEST = 1e9
+
+#: Bytes of a binary STL file before its triangles, of which the last four are their number, and of each
+#: triangle.
+_STL_HEAD, _STL_TRIANGLE = 84, 50
 
 #: Quaternions are often rounded; the norm may differ from one by this much, as for a `Link`.
 _QUATERNION_TOLERANCE = 1e-3
@@ -42,6 +50,7 @@ class MeshRead:
     triangles: int
 
 
+@suggesting
 def read_visuals(
     path: str | os.PathLike[str],
     link: str,
@@ -139,24 +148,52 @@ def meshes_of(content: bytes, suffix: str, scale: Array, most: int) -> list[Mesh
         raise ValueError(f"ends with {text('suffix', suffix) or 'nothing'}, expected one of {known}")
     if lacking := missing(*SUFFIXES[kind]):
         raise ImportError(f"{kind} files need {' and '.join(lacking)}: pip install 'lissom[meshes]'")
+    _refuse_no_mesh(content, kind)
     by_colour: dict[str | None, list[tuple[Array, NDArray[np.int64]]]] = {}
     for points, faces, colour in _loaded(content, kind):
         by_colour.setdefault(colour, []).append((points * scale, faces))
     found, triangles = [], sum(len(faces) for each in by_colour.values() for _, faces in each)
     if not triangles:
-        raise ValueError("has no triangles")
+        raise ValueError("has no triangles with finite corners")
     for colour, several in by_colour.items():
         starts = np.cumsum([0, *(len(points) for points, _ in several)])
         points = np.concatenate([points for points, _ in several])
         faces = np.concatenate([faces + start for (_, faces), start in zip(several, starts, strict=False)])
-        if not np.isfinite(points[faces]).all():
-            raise ValueError("has corners that are not finite")
+        _refuse_far(points[faces])
         if np.prod(scale) < 0.0:
             # Mirrored: the outside stays outside.
             faces = faces[:, ::-1]
         share = max(most * len(faces) // triangles, 1)
         found.append(MeshRead(*simplified(points, faces, share), colour, len(faces)))
     return [each for each in found if len(each.faces)]
+
+
+def _refuse_no_mesh(content: bytes, kind: str) -> None:
+    """Raise where a file is what often stands in the place of a mesh."""
+    if not content.strip(b"\0 \t\r\n"):
+        raise ValueError("is empty")
+    if content.startswith(b"version https://git-lfs"):
+        raise ValueError("is a pointer of Git LFS in place of the mesh, which `git lfs pull` fetches")
+    if kind == ".stl" and not content.lstrip().startswith(b"solid") and len(content) >= _STL_HEAD:
+        (announced,) = struct.unpack_from("<I", content, _STL_HEAD - 4)
+        whole_ones = (len(content) - _STL_HEAD) // _STL_TRIANGLE
+        if whole_ones < announced:
+            raise ValueError(
+                f"is no STL file or is cut off: it has room for {whole_ones} triangles, its head says "
+                f"{announced}"
+            )
+
+
+def _refuse_far(corners: Array) -> None:
+    """Raise for corners at which nothing can be drawn."""
+    if not np.isfinite(corners).all():
+        raise ValueError("has corners that are not finite")
+    farthest = float(np.abs(corners).max())
+    if farthest > FARTHEST:
+        raise ValueError(
+            f"has a corner {farthest:.3g} m from its origin, expected at most {FARTHEST:g} m; `scale` is the "
+            "length of its unit in metres"
+        )
 
 
 def _loaded(content: bytes, kind: str) -> list[tuple[Array, NDArray[np.int64], str | None]]:
@@ -166,8 +203,9 @@ def _loaded(content: bytes, kind: str) -> list[tuple[Array, NDArray[np.int64], s
     import trimesh
 
     try:
-        # Without a resolver no other file is opened.
-        scene: Any = trimesh.load_scene(io.BytesIO(content), file_type=kind[1:])
+        # Without a resolver no other file is opened. Corners that overflow are refused later.
+        with np.errstate(all="ignore"):
+            scene: Any = trimesh.load_scene(io.BytesIO(content), file_type=kind[1:])
         found = []
         for node in scene.graph.nodes_geometry:
             pose, name = scene.graph[node]
@@ -182,6 +220,10 @@ def _loaded(content: bytes, kind: str) -> list[tuple[Array, NDArray[np.int64], s
                 trimesh.units.unit_conversion(mesh.units, "meters") if kind == ".dae" and mesh.units else 1.0
             )
             found.append((points * unit, faces, _colour(mesh)))
+    except IndexError:
+        raise ValueError(
+            f"is a damaged {kind[1:].upper()} file: a triangle names a corner that is missing"
+        ) from None
     # Whatever a damaged file makes of the readers.
     except Exception as error:
         shown = " ".join(str(error).split())[:200]

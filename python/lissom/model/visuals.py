@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..common.arguments import number, sequence, text
+from ..common.arguments import number, sequence, suggesting, text
 
 Array = NDArray[np.float64]
 
@@ -20,6 +20,7 @@ MOST_TRIANGLES = 200_000
 _COLOUR = re.compile(r"#[0-9a-fA-F]{6}")
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Visual:
     """A triangle mesh that stands for a link in reports, figures, films, the live view and files of meshes.

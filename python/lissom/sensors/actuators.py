@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Motor
-from ..common.arguments import text
+from ..common.arguments import suggesting, text
 from .joints import indices, unit
 from .places import known
 from .sensor import Sensor
@@ -60,6 +60,7 @@ class OfActuator(Sensor):
         return (self.name,)
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class ActuatorLength(OfActuator):
     """Length of an actuator: the path length of a tendon, as from a winch encoder, or a chamber's volume.
@@ -95,6 +96,7 @@ class ActuatorLength(OfActuator):
         return lengths[:, None]
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class ActuatorForce(OfActuator):
     """Force of an actuator: the tension of a tendon, as from a load cell, a pressure or a torque.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import finite_array
-from ..common.arguments import text
+from ..common.arguments import suggesting, text
 from .places import known
 from .sensor import Sensor
 from .states import States
@@ -42,6 +42,7 @@ class OfContact(Sensor):
         return str(self.contact)
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class ContactForce(OfContact):
     """Force of a contact on its first surface, friction included, in world axes, newtons.
@@ -91,6 +92,7 @@ class ContactForce(OfContact):
         return wrenches[:, 3:]
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Tactile(OfContact):
     """A tactile strip: the normal force between the surfaces of a contact, newtons.

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.arguments import suggesting
 from . import places
 from .places import known
 from .sensor import Sensor, number
@@ -17,6 +18,7 @@ from .turning import turned_back
 Array = NDArray[np.float64]
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class ForceTorque(Sensor):
     """A massless force-torque sensor: moment and force on the part beyond it, including inertia.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import Robot
-from ..common.arguments import text
+from ..common.arguments import suggesting, text
 from ..model.views import JOINTS, STRAINS
 from .places import known
 from .sensor import Sensor
@@ -77,6 +77,7 @@ class OfJoint(Sensor):
         return tuple(map(unit, self._names))
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Encoder(OfJoint):
     """An encoder: the coordinates of a joint, radians and metres.
@@ -113,6 +114,7 @@ class Encoder(OfJoint):
         return given.q[:, self._indices]
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Tachometer(OfJoint):
     """A tachometer: the rates of a joint's coordinates, radians and metres per second.

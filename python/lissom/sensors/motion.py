@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..common.arguments import suggesting
 from .places import Mounted, Placed
 from .states import States
 from .turning import cross, exponentials, products, quaternions_of, turned, upright
@@ -19,6 +20,7 @@ def _axes(name: str, *what: str) -> tuple[str, ...]:
     return tuple(f"{name}.{each}{axis}" for each in what for axis in "xyz")
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Marker(Placed):
     """A motion-capture marker: the world position of its point, metres.
@@ -58,6 +60,7 @@ class Marker(Placed):
         return positions if self._lever is None else positions + turned(rotations, self._lever)
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class PoseTracker(Mounted):
     """An optical or electromagnetic tracker: its world position, metres, and orientation.
@@ -114,6 +117,7 @@ class PoseTracker(Mounted):
         return np.concatenate([ideal[:, :3] + errors[:, :3], turns], axis=1)
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Velocimeter(Mounted):
     """A velocimeter: the world velocity of its point in its own axes, metres per second.
@@ -174,6 +178,7 @@ class Inertial(Mounted):
         return self._in_axes(rotations, felt)
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Gyroscope(Inertial):
     """A gyroscope: its angular velocity in its own axes, radians per second.
@@ -218,6 +223,7 @@ class Gyroscope(Inertial):
         return self._in_axes(self._poses(given)[0], self._velocities(given)[0])
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Accelerometer(Inertial):
     """An accelerometer: the specific force at its point in its own axes, metres per second squared.
@@ -263,6 +269,7 @@ class Accelerometer(Inertial):
         return self._proper_accelerations(given, self._poses(given)[0], self._velocities(given)[0])
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class Imu(Inertial):
     """An inertial measurement unit: a gyroscope and an accelerometer.

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import finite_array
+from ..common.arguments import suggesting
 from . import places
 from .sensor import Sensor
 from .states import States
@@ -48,6 +49,7 @@ class OnRod(Sensor):
         return self.robot.strain(q, self.at, link=self.link).reshape(len(q), len(self._sections), 6)
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class CurvatureSensor(OnRod):
     """A curvature sensor, such as fibres with Bragg gratings.
@@ -88,6 +90,7 @@ class CurvatureSensor(OnRod):
         return self._strains(given.q)[:, :, :3].reshape(len(given.q), len(self.channels))
 
 
+@suggesting
 @dataclass(frozen=True, eq=False)
 class StrainGauge(OnRod):
     """A strain gauge along a rod: the relative change of length.

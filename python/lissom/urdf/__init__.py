@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from .._lissom import Link, Revolute, Robot
 from ..common import disk
-from ..common.arguments import flag, path_of
+from ..common.arguments import flag, path_of, suggesting
 from .imported import Imported, Left
 from .pictures import Pictures
 from .problems import UrdfError, UrdfProblem, UrdfWarning
@@ -35,6 +35,7 @@ __all__ = [
 ]
 
 
+@suggesting
 def read_urdf(
     path: str | os.PathLike[str],
     *,

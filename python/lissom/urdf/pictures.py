@@ -56,7 +56,8 @@ class Pictures:
                 wrong = f"which cannot be read: {error.strerror}"
                 raise MeshRefused(wrong, f"expected a file of a mesh at {path}") from None
             except ValueError as error:
-                raise MeshRefused(f"which {error}", "expected an STL, OBJ or COLLADA file") from None
+                right = f"expected an STL, OBJ or COLLADA file at {path}; `visuals=False` leaves pictures out"
+                raise MeshRefused(f"which {error}", right) from None
         return self._read[key]
 
     def _path(self, name: str) -> Path:

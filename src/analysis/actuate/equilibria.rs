@@ -109,6 +109,8 @@ impl<'a, 'b> Equilibria<'a, 'b> {
             max_step: MAX_STEP,
             max_steps: MAX_STEPS,
             tol: TOLERANCE,
+            // Where forces have no potential, a verdict costs more than an equilibrium.
+            stability: false,
             ..ContinuationOptions::default()
         };
         let found = continuation(self.model, &options, self.monitor);

@@ -193,6 +193,7 @@ fn follow(
     let growth = options.inputs.as_ref().map_or(Growth::Loads, |inputs| Growth::of_inputs(inputs, n));
     let mut equations = Equations::new(model, growth, &near, monitor);
     equations.counters = counters;
+    equations.judges = options.stability;
     let mut path = Path::default();
     let (status, load_factor) =
         follow_along(&mut path, &mut equations, near, options).unwrap_or_else(|Interrupted| {

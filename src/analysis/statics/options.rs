@@ -133,6 +133,8 @@ pub struct ContinuationOptions {
     pub max_steps: usize,
     /// Tolerance, as in [`Options::tol`].
     pub tol: f64,
+    /// Whether to judge the stability of every point; true by default.
+    pub stability: bool,
 }
 
 impl Default for ContinuationOptions {
@@ -146,6 +148,7 @@ impl Default for ContinuationOptions {
             max_step: MAX_STEP,
             max_steps: MAX_STEPS,
             tol: TOLERANCE,
+            stability: true,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Tangent stiffness of an equilibrium, and its sign changes at limit points and bifurcations.
 
+use std::cell::OnceCell;
 use std::ops::Range;
 
 use super::equations::Linear;
@@ -29,9 +30,8 @@ fn is_symmetric(a: &Matrix) -> bool {
 pub(super) struct Stiffness {
     relative: Matrix,
     normalised: Normalised,
-    /// Eigenvalues in increasing order of their real parts. They change continuously along a path, including
-    /// multiple ones.
-    eigenvalues: Vec<Complex>,
+    /// Eigenvalues, once they are needed.
+    eigenvalues: OnceCell<Vec<Complex>>,
     /// Smallest eigenvalue of the symmetric part; NaN if the tangent is not finite.
     pub(super) lowest: f64,
 }
@@ -39,36 +39,49 @@ pub(super) struct Stiffness {
 impl Stiffness {
     pub(super) fn new(linear: &Linear) -> Self {
         let relative = linear.tangent.clone();
-        let has_potential = is_symmetric(&relative);
         let symmetric = symmetric_eigenvalues(&symmetric_part(&relative));
         let lowest = symmetric.as_ref().map_or(f64::NAN, |values| values.first().copied().unwrap_or(1.0));
-        let eigenvalues = if has_potential {
-            symmetric.map(|values| values.into_iter().map(|value| Complex::new(value, 0.0)).collect())
-        } else {
-            eigenvalues(&relative).map(|mut values| {
-                values.sort_by(|a, b| a.re.total_cmp(&b.re));
-                values
-            })
-        };
-        let eigenvalues = eigenvalues.unwrap_or_default();
+        let eigenvalues = OnceCell::new();
+        if is_symmetric(&relative) {
+            let real = symmetric.unwrap_or_default().into_iter().map(|value| Complex::new(value, 0.0));
+            eigenvalues.get_or_init(|| real.collect());
+        }
         Self { relative, normalised: linear.normalised.clone(), eigenvalues, lowest }
+    }
+
+    /// Eigenvalues in increasing order of their real parts; none if there is a number that is not finite. They change
+    /// continuously along a path, including multiple ones.
+    fn eigenvalues(&self) -> &[Complex] {
+        self.eigenvalues.get_or_init(|| {
+            let mut values = eigenvalues(&self.relative).unwrap_or_default();
+            values.sort_by(|a, b| a.re.total_cmp(&b.re));
+            values
+        })
+    }
+
+    /// Number of eigenvalues with negative real parts. There is none if the symmetric part is positive: real parts are at least
+    /// its smallest eigenvalue (Bendixson 1902).
+    fn negative(&self) -> usize {
+        if self.lowest > NEUTRAL {
+            return 0;
+        }
+        self.eigenvalues().iter().filter(|x| x.re < -NEUTRAL).count()
     }
 
     /// Indices of the eigenvalues whose real parts change sign between this tangent and another one.
     pub(super) fn changes_until(&self, other: &Self) -> Range<usize> {
-        let negative = |stiffness: &Self| stiffness.eigenvalues.iter().filter(|x| x.re < -NEUTRAL).count();
-        let (before, after) = (negative(self), negative(other));
+        let (before, after) = (self.negative(), other.negative());
         before.min(after)..before.max(after)
     }
 
     /// Smallest absolute eigenvalue.
     pub(super) fn smallest(&self) -> f64 {
-        self.eigenvalues.iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min)
+        self.eigenvalues().iter().map(|value| value.norm()).fold(f64::INFINITY, f64::min)
     }
 
     /// Eigenvalue by index; NaN if there is none.
     pub(super) fn eigenvalue(&self, place: usize) -> Complex {
-        self.eigenvalues.get(place).copied().unwrap_or(Complex::new(f64::NAN, f64::NAN))
+        self.eigenvalues().get(place).copied().unwrap_or(Complex::new(f64::NAN, f64::NAN))
     }
 
     /// Scaled directions of the m smallest stiffnesses, each with norm one, and whether the load `load`

@@ -9,16 +9,18 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, OrRaise as _, check_finite};
+use super::inputs::{mapping_of, named};
 use crate::analysis::weakly_active;
 use crate::description::signal::covers;
 use crate::model::ForwardScratch;
 use crate::numerics::linalg::Matrix;
+use crate::python::words::no_others;
 use crate::robot::Robot;
 
 pub(super) use self::energy::PyEnergy;
@@ -119,8 +121,11 @@ impl PyModel {
         self.memory().model.robot().map_or_else(Vec::new, |robot| robot.inputs().defaults().to_vec())
     }
 
-    /// Values for all inputs.
+    /// Values for all inputs, from an array or from a mapping of names; the default of an input that the mapping leaves out.
     pub(super) fn inputs_of(&self, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+        if let Some(mapping) = mapping_of(u) {
+            return named(mapping, &self.input_names(), self.default_inputs());
+        }
         convert::finite_vector_of(u, self.memory().model.facts().inputs(), "u")
     }
 
@@ -186,15 +191,17 @@ impl PyModel {
     ///     Velocities and accelerations; by default zero.
     /// t : float, optional
     ///     Time of the state, seconds. Required if anything varies in time.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
     /// dtau_du : ndarray, shape (n, m)
     ///     Derivatives of the generalised forces. A small change of the inputs changes the accelerations by
     ///     ``-solve(mass_matrix(q), dtau_du @ change)``.
-    #[pyo3(signature = (q, qd=None, qdd=None, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd=None, qdd=None, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd=None, qdd=None, *, t=None, u=None)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn input_tangent<'py>(
         &self,
         py: Python<'py>,
@@ -203,7 +210,9 @@ impl PyModel {
         qdd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        no_others("Model.input_tangent", others)?;
         let q = self.state(q, "q")?;
         let or_zero = |value: Option<&Bound<'_, PyAny>>, name| {
             value.map_or_else(|| Ok(vec![0.0; self.n]), |value| self.state(value, name))
@@ -244,13 +253,15 @@ impl PyModel {
     ///     Coordinates, velocities, accelerations.
     /// t : float, optional
     ///     Time of the state, seconds. Required if loads vary or the base moves.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
     /// tau : ndarray, shape (n,)
-    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, qdd, *, t=None, u=None)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -259,7 +270,9 @@ impl PyModel {
         qdd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        no_others("Model.inverse_dynamics", others)?;
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
         self.at(t, u, |memory| memory.model.inverse_dynamics(&q, &qd, &qdd, &mut tau))?;
@@ -280,13 +293,16 @@ impl PyModel {
     /// -------
     /// mass : ndarray, shape (n, n)
     ///     Symmetric and positive definite (up to rounding), except at singularities of the coordinates.
-    #[pyo3(signature = (q, *, t=None))]
+    #[pyo3(signature = (q, *, t=None, **others),
+           text_signature = "($self, q, *, t=None)")]
     fn mass_matrix<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        no_others("Model.mass_matrix", others)?;
         let q = self.state(q, "q")?;
         let mut mass = Matrix::zeros(self.n, self.n);
         if t.is_some() {
@@ -311,8 +327,8 @@ impl PyModel {
     ///     Coordinates, velocities.
     /// t : float, optional
     ///     Time of the state, seconds. Required if loads vary or the base moves.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
@@ -323,7 +339,8 @@ impl PyModel {
     /// ------
     /// LissomError
     ///     If the mass matrix is not positive definite.
-    #[pyo3(signature = (q, qd, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, *, t=None, u=None)")]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -331,7 +348,9 @@ impl PyModel {
         qd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        no_others("Model.forward_dynamics", others)?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
         let found =
@@ -354,15 +373,17 @@ impl PyModel {
     ///     Coordinates, velocities, accelerations.
     /// t : float, optional
     ///     Time of the state, seconds. Required if loads vary or the base moves.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
     /// dtau_dq, dtau_dqd, dtau_dqdd : ndarray, shape (n, n)
     ///     ``dtau_dq[i, j]`` is the derivative of ``tau[i]`` with respect to ``q[j]``. The last one is the mass matrix.
-    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, qdd, *, t=None, u=None)")]
     #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn tangent<'py>(
         &self,
         py: Python<'py>,
@@ -371,7 +392,9 @@ impl PyModel {
         qdd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+        no_others("Model.tangent", others)?;
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tangents = self.at(t, u, |memory| {
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
@@ -414,21 +437,24 @@ impl PyModel {
     ///     Coordinates, velocities.
     /// t : float, optional
     ///     Time of the state, seconds. Required if loads vary or the base moves.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
-    #[pyo3(signature = (q, qd, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, *, t=None, u=None)")]
     fn energy(
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyEnergy> {
+        no_others("Model.energy", others)?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let energy = self.at(t, u, |memory| memory.model.energy(&q, &qd))?;
         check_finite(&[energy.total()], "energy")?;
@@ -444,21 +470,24 @@ impl PyModel {
     /// t : float, optional
     ///     Time of the state, seconds. Required if loads vary or the base moves, because a moving base drags the rod through its
     ///     surroundings.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Dissipated power, watts, >= 0.
-    #[pyo3(signature = (q, qd, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, *, t=None, u=None)")]
     fn dissipated_power(
         &self,
         q: &Bound<'_, PyAny>,
         qd: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<f64> {
+        no_others("Model.dissipated_power", others)?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let power = self.at(t, u, |memory| memory.model.dissipated_power(&q, &qd))?;
         check_finite(&[power], "dissipated_power")?;
@@ -477,14 +506,15 @@ impl PyModel {
     ///     Accelerations, used if the base moves. By default those of the free motion.
     /// t : float, optional
     ///     Time of the state, seconds. Required if loads vary or the base moves.
-    /// u : array_like, shape (m,), optional
-    ///     Inputs; by default `u0`.
+    /// u : array_like, shape (m,), or dict, optional
+    ///     Inputs, or some of them by name; by default `u0`.
     ///
     /// Returns
     /// -------
     /// power : float
     ///     Supplied power, watts.
-    #[pyo3(signature = (q, qd, qdd=None, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, qdd=None, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, qdd=None, *, t=None, u=None)")]
     fn supplied_power(
         &self,
         q: &Bound<'_, PyAny>,
@@ -492,7 +522,9 @@ impl PyModel {
         qdd: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<f64> {
+        no_others("Model.supplied_power", others)?;
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let power = self.at(t, u, |Memory { model, forward }| {

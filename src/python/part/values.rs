@@ -8,13 +8,12 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
 use super::object::{PyPart, wrapped};
-use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value, suggestion};
+use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value, keyword, suggestion};
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
 use crate::python::profile::{self, along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
-use crate::python::words::meant;
 use crate::robot::effects::actuator::AlongRod;
 
 /// The arguments of a call, by the fields of the part. None may select a default that is not a number.
@@ -38,8 +37,7 @@ pub(super) fn arguments(
         let key: String = key.extract()?;
         let Some(i) = schema.index(&key) else {
             let known = schema.names().collect::<Vec<_>>().join(", ");
-            let meant = meant(&key, schema.names())
-                .map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+            let meant = keyword(&key, schema.names()).map_or_else(String::new, |meant| format!("; {meant}"));
             return Err(refuse(format!(
                 "got an unexpected keyword argument '{key}', expected {known}{meant}"
             )));

@@ -22,6 +22,7 @@ use super::part::{model_of, new_arguments, resolved};
 use super::reach::{PyReachResult, ReachArguments};
 use super::signal::Functions;
 use crate::python::errors::OrRaise as _;
+use crate::python::words::no_others;
 use crate::robot::{Kernel, Multiplications, described};
 
 pub(super) use self::class::{PyRobot, describe_class};
@@ -142,13 +143,16 @@ impl PyRobot {
     /// length : float, or ndarray of shape (k,)
     ///     Metres for a tendon, cubic metres for a chamber, radians or metres for a motor. For an active strain, the generalised
     ///     displacement conjugate to its amount, joules for an amount of one.
-    #[pyo3(signature = (name, q, *, t=None))]
+    #[pyo3(signature = (name, q, *, t=None, **others),
+           text_signature = "($self, name, q, *, t=None)")]
     fn actuator_length<'py>(
         &self,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.actuator_length", others)?;
         actuators::length(self, name, q, t)
     }
 
@@ -167,14 +171,17 @@ impl PyRobot {
     /// -------
     /// rate : float, or ndarray of shape (k,)
     ///     Unit of `actuator_length` per second.
-    #[pyo3(signature = (name, q, qd, *, t=None))]
+    #[pyo3(signature = (name, q, qd, *, t=None, **others),
+           text_signature = "($self, name, q, qd, *, t=None)")]
     fn actuator_rate<'py>(
         &self,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.actuator_rate", others)?;
         actuators::rate(self, name, [q, qd], t)
     }
 
@@ -194,13 +201,16 @@ impl PyRobot {
     /// gradient : ndarray, shape (n,) or (k, n)
     ///     Gradient of the length. ``gradient @ qd`` is the rate of the length; a tendon with the tension T exerts the
     ///     generalised forces ``-T * gradient``.
-    #[pyo3(signature = (name, q, *, t=None))]
+    #[pyo3(signature = (name, q, *, t=None, **others),
+           text_signature = "($self, name, q, *, t=None)")]
     fn actuator_gradient<'py>(
         &self,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.actuator_gradient", others)?;
         actuators::gradient(self, name, q, t)
     }
 
@@ -225,7 +235,9 @@ impl PyRobot {
     /// force : float, or ndarray of shape (k,)
     ///     Newtons for a tendon (zero if it is slack), pascals for a chamber, newton metres or newtons for a motor; for an active
     ///     strain its amount.
-    #[pyo3(signature = (name, q, qd, *, t=None, u=None, qdd=None))]
+    #[pyo3(signature = (name, q, qd, *, t=None, u=None, qdd=None, **others),
+           text_signature = "($self, name, q, qd, *, t=None, u=None, qdd=None)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn actuator_force<'py>(
         &self,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
@@ -234,7 +246,9 @@ impl PyRobot {
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
         qdd: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.actuator_force", others)?;
         actuators::force(self, name, [q, qd], qdd, At::forces(t, u))
     }
 
@@ -301,14 +315,17 @@ impl PyRobot {
     /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
-    #[pyo3(signature = (q, X=None, *, link=None, t=None))]
+    #[pyo3(signature = (q, X=None, *, link=None, t=None, **others),
+           text_signature = "($self, q, X=None, *, link=None, t=None)")]
     fn pose<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.pose", others)?;
         places::poses(self, q, X, link, t)
     }
 
@@ -331,14 +348,17 @@ impl PyRobot {
     ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, for a
     ///     fixed base; `velocity` adds the motion of the base. ``jacobian.T @ wrench`` are the generalised forces of a moment and
     ///     a force at the section.
-    #[pyo3(signature = (q, X=None, *, link=None, t=None))]
+    #[pyo3(signature = (q, X=None, *, link=None, t=None, **others),
+           text_signature = "($self, q, X=None, *, link=None, t=None)")]
     fn jacobian<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.jacobian", others)?;
         places::jacobian(self, q, X, link, t)
     }
 
@@ -359,7 +379,8 @@ impl PyRobot {
     /// -------
     /// velocity : ndarray, shape (6,) or (k, 6)
     ///     Angular velocity of the section at X, rad/s, and velocity of its centre, m/s, in world axes, with those of the base.
-    #[pyo3(signature = (q, qd, X=None, *, link=None, t=None))]
+    #[pyo3(signature = (q, qd, X=None, *, link=None, t=None, **others),
+           text_signature = "($self, q, qd, X=None, *, link=None, t=None)")]
     fn velocity<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -367,14 +388,18 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.velocity", others)?;
         places::velocity(self, [q, qd], X, link, t)
     }
 
     /// Acceleration of a section or body.
     ///
     #[doc = include_str!("acceleration.txt")]
-    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None))]
+    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, **others),
+           text_signature = "($self, q, qd, qdd, X=None, *, link=None, t=None)")]
+    #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn acceleration<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -383,7 +408,9 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.acceleration", others)?;
         places::acceleration(self, [q, qd, qdd], X, link, t)
     }
 
@@ -400,12 +427,15 @@ impl PyRobot {
     /// -------
     /// centre : ndarray, shape (3,) or (k, 3)
     ///     Position in the world, metres.
-    #[pyo3(signature = (q, *, t=None))]
+    #[pyo3(signature = (q, *, t=None, **others),
+           text_signature = "($self, q, *, t=None)")]
     fn centre_of_mass<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.centre_of_mass", others)?;
         wrenches::centre_of_mass(self, q, t)
     }
 
@@ -422,13 +452,16 @@ impl PyRobot {
     /// -------
     /// momentum : ndarray, shape (6,) or (k, 6)
     ///     Angular momentum about the origin of the world, kg m^2/s, and linear momentum, kg m/s, in world axes.
-    #[pyo3(signature = (q, qd, *, t=None))]
+    #[pyo3(signature = (q, qd, *, t=None, **others),
+           text_signature = "($self, q, qd, *, t=None)")]
     fn momentum<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.momentum", others)?;
         wrenches::momentum(self, [q, qd], t)
     }
 
@@ -450,7 +483,7 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the origin of the joint's frame, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, last=None, *, link=None, t=None, u=None),
+    #[pyo3(signature = (q, qd, qdd, last=None, *, link=None, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, link=None, t=None, u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn joint_wrench<'py>(
@@ -462,7 +495,9 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.joint_wrench", others)?;
         let (state, link) = wrenches::named_state("joint_wrench", "link", [q, qd, qdd], last, link)?;
         wrenches::joint(self, state, link, At::forces(t, u))
     }
@@ -489,7 +524,7 @@ impl PyRobot {
     ///     Moment about the origin of the second end, newton metres, and force, newtons, that the first end exerts on it, in
     ///     world axes. For a `Gear`, the generalised force on its first coordinate, a float or an array of
     ///     shape (k,).
-    #[pyo3(signature = (q, qd, qdd, last=None, *, name=None, t=None, u=None),
+    #[pyo3(signature = (q, qd, qdd, last=None, *, name=None, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, name=None, t=None, u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn loop_forces<'py>(
@@ -501,7 +536,9 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.loop_forces", others)?;
         let (state, name) = wrenches::named_state("loop_forces", "name", [q, qd, qdd], last, name)?;
         closure::forces(self, state, name, At::forces(t, u))
     }
@@ -521,14 +558,17 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the world's origin, newton metres, and force, newtons, in world axes; zero without contact.
-    #[pyo3(signature = (q, qd, *, name=None, t=None))]
+    #[pyo3(signature = (q, qd, *, name=None, t=None, **others),
+           text_signature = "($self, q, qd, *, name=None, t=None)")]
     fn contact_forces<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         qd: &Bound<'py, PyAny>,
         #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.contact_forces", others)?;
         touching::forces(self, [q, qd], name, t)
     }
 
@@ -547,14 +587,17 @@ impl PyRobot {
     /// -------
     /// touches : list of Touch
     ///     Places ordered by contact, along rods from base to tip.
-    #[pyo3(signature = (q, qd=None, *, t=None))]
+    #[pyo3(signature = (q, qd=None, *, t=None, **others),
+           text_signature = "($self, q, qd=None, *, t=None)")]
     fn touches<'py>(
         &self,
         py: Python<'py>,
         q: &Bound<'py, PyAny>,
         qd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyList>> {
+        no_others("Robot.touches", others)?;
         touching::touches(self, py, q, qd, t)
     }
 
@@ -585,25 +628,31 @@ impl PyRobot {
     /// gaps : ndarray, shape (m,) or (k, m)
     ///     Violation of each constraint: metres, a difference of cosines, or the unit of a coordinate. Inextensible tendons
     ///     follow the loops: how much each taut one is shorter (positive) or longer than its length; zero for slack ones.
-    #[pyo3(signature = (q, *, t=None))]
+    #[pyo3(signature = (q, *, t=None, **others),
+           text_signature = "($self, q, *, t=None)")]
     fn loop_gaps<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.loop_gaps", others)?;
         closure::gaps(self, q, t)
     }
 
     /// Strains of sections of a rod.
     ///
     #[doc = include_str!("strain.txt")]
-    #[pyo3(signature = (q, X=None, *, link=None))]
+    #[pyo3(signature = (q, X=None, *, link=None, **others),
+           text_signature = "($self, q, X=None, *, link=None)")]
     fn strain<'py>(
         &self,
         q: &Bound<'py, PyAny>,
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.strain", others)?;
         places::strains(self, q, X, link)
     }
 
@@ -611,7 +660,8 @@ impl PyRobot {
     /// everything beyond it.
     ///
     #[doc = include_str!("internal_wrench.txt")]
-    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance", u=None))]
+    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance", u=None, **others),
+           text_signature = "($self, q, qd, qdd, X=None, *, link=None, t=None, by='balance', u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn internal_wrench<'py>(
         &self,
@@ -623,7 +673,9 @@ impl PyRobot {
         t: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::text::by)] by: &str,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.internal_wrench", others)?;
         wrenches::internal(self, [q, qd, qdd], X, link, by, At::forces(t, u))
     }
 
@@ -631,7 +683,7 @@ impl PyRobot {
     ///
     #[doc = include_str!("reach.txt")]
     #[pyo3(signature = (link, pose=None, *, X=None, point=None, position_weight=None, orientation_weight=None, q0=None,
-                        bounds=None, prefer=None, t=None, tol=None, max_iter=None, restarts=None),
+                        bounds=None, prefer=None, t=None, tol=None, max_iter=None, restarts=None, **others),
            text_signature = "($self, link, pose=None, *, X=None, point=None, position_weight=1.0, orientation_weight=1.0, q0=None, bounds=None, prefer=None, t=None, tol=1e-09, max_iter=200, restarts=8)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn reach<'py>(
@@ -649,7 +701,9 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
         #[pyo3(from_py_with = arguments::optional_whole::restarts)] restarts: Option<i64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyReachResult> {
+        no_others("Robot.reach", others)?;
         let weights = [position_weight, orientation_weight];
         let arguments = ReachArguments { q0, bounds, prefer, tol, max_iter, restarts };
         targets::reach(self, link, pose, (X, point), weights, &arguments, t)
@@ -658,7 +712,8 @@ impl PyRobot {
     /// The coordinates with which a rod follows given points best.
     ///
     #[doc = include_str!("coordinates_of.txt")]
-    #[pyo3(signature = (points, frames=None, *, X=None, link=None, q0=None))]
+    #[pyo3(signature = (points, frames=None, *, X=None, link=None, q0=None, **others),
+           text_signature = "($self, points, frames=None, *, X=None, link=None, q0=None)")]
     fn coordinates_of<'py>(
         &self,
         points: &Bound<'py, PyAny>,
@@ -666,7 +721,9 @@ impl PyRobot {
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         q0: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyCurveResult> {
+        no_others("Robot.coordinates_of", others)?;
         let given = curve::CurveArguments { points, frames, x: X, link, q0 };
         curve::coordinates_of(points.py(), self.description(), &given)
     }
@@ -686,7 +743,8 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the base, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None))]
+    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None, **others),
+           text_signature = "($self, q, qd, qdd, *, t=None, u=None)")]
     fn base_wrench<'py>(
         &self,
         q: &Bound<'py, PyAny>,
@@ -694,7 +752,9 @@ impl PyRobot {
         qdd: &Bound<'py, PyAny>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
+        no_others("Robot.base_wrench", others)?;
         wrenches::base(self, [q, qd, qdd], At::forces(t, u))
     }
 

@@ -8,11 +8,12 @@ use pyo3::prelude::*;
 use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::errors::check_finite;
+use super::super::inputs::{mapping_of, named};
 use super::super::model::{check_time, time_of_state};
 use super::class::PyRobot;
 use crate::model::{Dynamics as _, InTime as _};
 use crate::numerics::lie::Vector;
-use crate::robot::RobotModel;
+use crate::robot::{Robot, RobotModel};
 
 /// Number of poses computed between checks for signals; for the largest rods this takes some milliseconds.
 pub(super) const POSES_BETWEEN_SIGNALS: usize = 256;
@@ -43,8 +44,13 @@ impl<'a, 'py> At<'a, 'py> {
     }
 }
 
-/// The inputs of states: m numbers for all states, or m for each.
-fn inputs_of_states(u: &Bound<'_, PyAny>, m: usize, states: Option<usize>) -> PyResult<Vec<f64>> {
+/// The inputs of states: m numbers for all states, or m for each; or a mapping of names for all states.
+fn inputs_of_states(u: &Bound<'_, PyAny>, robot: &Robot, states: Option<usize>) -> PyResult<Vec<f64>> {
+    let inputs = robot.inputs();
+    if let Some(mapping) = mapping_of(u) {
+        return named(mapping, &inputs.names(), inputs.defaults().to_vec());
+    }
+    let m = inputs.defaults().len();
     let (inputs, rows) = convert::finite_rows_of(u, m, "u")?;
     if rows.is_some() && rows != states {
         let found = convert::describe(u);
@@ -93,7 +99,7 @@ impl PyRobot {
         }
         let (number, py) = (number.flatten(), py.expect("coordinates are always given"));
         let times = self.times(t, number, depends_on_time)?;
-        let inputs = u.map(|u| inputs_of_states(u, model.facts().inputs(), number)).transpose()?;
+        let inputs = u.map(|u| inputs_of_states(u, robot, number)).transpose()?;
         let rows = number.unwrap_or(1);
         let mut values = Vec::new();
         for row in 0..rows {

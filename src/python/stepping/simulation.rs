@@ -12,13 +12,14 @@ use pyo3::types::{PyDict, PyString};
 use super::super::arguments;
 use super::super::callback::or_raised;
 use super::super::convert;
+use super::super::inputs::{mapping_of, named};
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
 use super::super::simulate::{MethodOf, OptionArguments, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::integrators::newmark::Parameters;
 use crate::python::errors::OrRaise as _;
-use crate::python::words::no_others;
+use crate::python::words::{no_others, required};
 use crate::simulation::methods::Configuration;
 use crate::simulation::simulate::Method;
 use crate::simulation::time_limit::TimeLimit;
@@ -117,7 +118,7 @@ impl PySimulation {
     #[new]
     #[pyo3(
         signature = (
-            model, *, dt, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
+            model, *, dt=None, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
             alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None, **others
         ),
         text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
@@ -126,7 +127,7 @@ impl PySimulation {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         model: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+        #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
         method: Option<&Bound<'_, PyAny>>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
@@ -144,6 +145,7 @@ impl PySimulation {
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         no_others("Simulation", others)?;
+        let dt = required(dt, "Simulation", "keyword", "dt")?;
         let py = model.py();
         let Ok(model) = model.cast::<PyModel>() else {
             return Err(PyTypeError::new_err(format!(
@@ -209,8 +211,8 @@ impl PySimulation {
     ///
     /// Parameters
     /// ----------
-    /// u : array_like, shape (inputs,), optional
-    ///     Inputs from now on; by default those of the last step.
+    /// u : array_like, shape (inputs,), or dict, optional
+    ///     Inputs from now on, or by name those that change; by default those of the last step.
     /// duration : float, optional
     ///     Duration, seconds; by default `dt`. Adaptive methods end a step there. The others take steps of `dt` if it divides the
     ///     duration, otherwise slightly shorter equal steps.
@@ -231,16 +233,25 @@ impl PySimulation {
     ///     time.
     /// RuntimeError
     ///     If this simulation is already in a step, in another thread or in a function that the step calls.
-    #[pyo3(signature = (u=None, duration=None))]
+    #[pyo3(signature = (u=None, duration=None, **others),
+           text_signature = "($self, u=None, duration=None)")]
     fn step<'py>(
         &self,
         py: Python<'py>,
         u: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::duration)] duration: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyString>> {
+        no_others("Simulation.step", others)?;
         let memory = &mut *self.memory()?;
         if let Some(u) = u {
-            convert::finite_vector_into(u, &mut memory.inputs, "u")?;
+            match mapping_of(u) {
+                Some(mapping) => {
+                    let names = self.model.get().input_names();
+                    memory.inputs = named(mapping, &names, memory.inputs.clone())?;
+                }
+                None => convert::finite_vector_into(u, &mut memory.inputs, "u")?,
+            }
         }
         let end = memory.run.end_of(duration).or_raise()?;
         if u.is_some() {
@@ -271,14 +282,17 @@ impl PySimulation {
     /// ------
     /// ValueError, TypeError
     ///     If an argument is invalid; the state is unchanged.
-    #[pyo3(signature = (*, q0=None, v0=None, t0=None))]
+    #[pyo3(signature = (*, q0=None, v0=None, t0=None, **others),
+           text_signature = "($self, *, q0=None, v0=None, t0=None)")]
     fn reset(
         &self,
         py: Python<'_>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t0)] t0: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
+        no_others("Simulation.reset", others)?;
         let (last, limit) = {
             let memory = self.memory()?;
             (memory.start.clone(), memory.limit)

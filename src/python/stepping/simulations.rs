@@ -22,6 +22,7 @@ use super::simulation::PySimulation;
 use crate::error::Interrupted;
 use crate::numerics::parallel;
 use crate::python::errors::OrRaise as _;
+use crate::python::words::no_others;
 use crate::simulation::simulate::Method;
 use crate::simulation::stepping::Status;
 use crate::simulation::time_limit::TimeLimit;
@@ -353,13 +354,16 @@ impl PySimulations {
     ///     functions of time.
     /// RuntimeError
     ///     If these simulations are already in a step, in another thread or in a function that the step calls.
-    #[pyo3(signature = (u=None, duration=None))]
+    #[pyo3(signature = (u=None, duration=None, **others),
+           text_signature = "($self, u=None, duration=None)")]
     fn step<'py>(
         &self,
         py: Python<'py>,
         u: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::duration)] duration: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        no_others("Simulations.step", others)?;
         let rows = &mut **self.rows()?;
         let u = Vectors::read_optional(u, rows.len(), self.inputs, "u")?;
         let ends: Vec<f64> =
@@ -401,7 +405,8 @@ impl PySimulations {
     /// ------
     /// ValueError, TypeError
     ///     If an argument is invalid; the state is unchanged.
-    #[pyo3(signature = (which=None, *, q0=None, v0=None, t0=None))]
+    #[pyo3(signature = (which=None, *, q0=None, v0=None, t0=None, **others),
+           text_signature = "($self, which=None, *, q0=None, v0=None, t0=None)")]
     fn reset(
         &self,
         py: Python<'_>,
@@ -409,7 +414,9 @@ impl PySimulations {
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t0)] t0: Option<f64>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
+        no_others("Simulations.reset", others)?;
         t0.map_or(Ok(()), check_start_time).or_raise()?;
         let chosen = self.chosen(which)?;
         let q0 = Vectors::read_optional(q0, chosen.len(), self.n, "q0")?;

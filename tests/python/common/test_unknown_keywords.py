@@ -95,3 +95,95 @@ def test_scenes_say_which_table_to_write():
         lissom.Scene.loads(LOOP.replace("KIND", "zzzz"))
     (problem,) = [each for each in caught.value.problems if each.key == "loop[0].kind"]
     assert problem.right == "expected a table"
+
+
+def with_input():
+    segment = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 2})
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.01))], tension=lissom.Input("pull"))
+    return lissom.Rod([segment], gravity=(0, 0, 0), actuators=[pull])
+
+
+#: Calls of methods with a word that other programs have, and what is meant.
+OF_METHODS = {
+    "Robot.pose": (lambda: rod().pose([0, 0], s=0.1), "X"),
+    "Robot.velocity": (lambda: rod().velocity([0, 0], [0, 0], links="rod"), "link"),
+    "Robot.reach": (lambda: rod().reach("rod", (0, 0, 0), maxiter=3), "max_iter"),
+    "Model.energy": (lambda: rod().energy([0, 0], [0, 0], time=0.0), "t"),
+    "Model.mass_matrix": (lambda: rod().mass_matrix([0, 0], time=0.0), "t"),
+    "Simulation.step": (lambda: lissom.Simulation(rod(), dt=1e-3).step(inputs=[]), "u"),
+    "Simulation.reset": (lambda: lissom.Simulation(rod(), dt=1e-3).reset(x0=[0, 0]), "q0"),
+    "Simulations.step": (lambda: lissom.Simulations(rod(), 2, dt=1e-3).step(dt=0.1), "duration"),
+    "MotionResult.report": (lambda: lissom.simulate(rod(), 0.01).report("x.html", titel="x"), "title"),
+    "Visual": (lambda: lissom.Visual("a", [(0, 0, 0)], [(0, 0, 0)], color="#112233"), "colour"),
+    "Target": (lambda: lissom.Target("rod", (0, 0, 0), arc_length=0.1), "X"),
+    "Marker": (lambda: lissom.sensors.Marker(rod(), lnik="rod"), "link"),
+    "linearise": (lambda: lissom.linearise(rod(), [0, 0], output="tip_position_z"), "outputs"),
+}
+
+
+@pytest.mark.parametrize("method", OF_METHODS)
+def test_methods_and_classes_of_python_answer_alike(method):
+    call, meant = OF_METHODS[method]
+    with pytest.raises(TypeError) as caught:
+        call()
+    assert str(caught.value).startswith(f"{method}() got an unexpected keyword argument '")
+    assert str(caught.value).endswith(f"; did you mean '{meant}'?")
+
+
+def test_required_arguments_are_asked_for_after_wrong_words():
+    for call in (
+        lambda: lissom.simulate(rod(), T=1.0),
+        lambda: lissom.simulate(rod(), duration=1.0),
+        lambda: lissom.simulate_many(rod(), tf=1.0),
+    ):
+        with pytest.raises(TypeError, match=r"; did you mean 't_end'\?$"):
+            call()
+    with pytest.raises(TypeError, match=r"; did you mean 'dt'\?$"):
+        lissom.Simulation(rod(), step=0.1)
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 't_end'"):
+        lissom.simulate(rod())
+    with pytest.raises(TypeError, match="missing 1 required keyword argument: 'dt'"):
+        lissom.Simulation(rod())
+
+
+def test_stiffness_of_a_section_names_where_it_is_given():
+    for word in ("EI", "GJ", "bending_stiffness", "mass_per_length"):
+        with pytest.raises(TypeError, match=rf"'{word}'.*section=lissom\.Section\.given\(stiffness="):
+            lissom.Segment(0.3, **{word: 1.0})
+    with pytest.raises(TypeError, match="did you mean 'modes'"):
+        lissom.Segment(0.3, n_modes=3)
+
+
+def test_inputs_by_name_are_those_of_the_array():
+    model = with_input()
+    found = lissom.statics(model, u={"pull": 0.5})
+    np.testing.assert_array_equal(found.q, lissom.statics(model, u=[0.5]).q)
+    assert abs(found.q).max() > 1e-3
+    # What is not named has its default.
+    np.testing.assert_array_equal(lissom.statics(model, u={}).q, lissom.statics(model).q)
+    np.testing.assert_array_equal(
+        lissom.modes(model, found.q, u={"pull": 0.5}).frequency,
+        lissom.modes(model, found.q, u=[0.5]).frequency,
+    )
+    zero = np.zeros(2)
+    by_name = model.inverse_dynamics(found.q, zero, zero, u={"pull": 0.5})
+    np.testing.assert_array_equal(by_name, model.inverse_dynamics(found.q, zero, zero, u=[0.5]))
+    by_name = model.internal_wrench(found.q, zero, zero, 0.1, u={"pull": 0.5})
+    np.testing.assert_array_equal(by_name, model.internal_wrench(found.q, zero, zero, 0.1, u=[0.5]))
+    simulation = lissom.Simulation(model, dt=1e-3)
+    simulation.step({"pull": 0.2})
+    assert simulation.u == [0.2]
+    simulation.step({})
+    assert simulation.u == [0.2]
+
+
+def test_inputs_by_wrong_names_are_refused():
+    model = with_input()
+    with pytest.raises(
+        ValueError, match="u: got 'pul', expected one of the inputs: 'pull'; did you mean 'pull'"
+    ):
+        lissom.statics(model, u={"pul": 1.0})
+    with pytest.raises(ValueError, match=r"u\['pull'\]: got NaN"):
+        lissom.statics(model, u={"pull": float("nan")})
+    with pytest.raises(TypeError, match="u: expected names of inputs, got"):
+        lissom.statics(model, u={1: 1.0})

@@ -322,3 +322,26 @@ def test_visuals_say_what_is_wrong_with_them():
     assert (
         io.StringIO(repr(lissom.Visual("palm", corners, [(0, 1, 2)]))).read() == "Visual('palm', 1 triangles)"
     )
+
+
+def stl(content):
+    return b"\0" * 80 + content
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content", "words"),
+    [
+        (".stl", b"", "is empty"),
+        (".obj", b" \n", "is empty"),
+        (".stl", b"version https://git-lfs.github.com/spec/v1\noid sha256:4\n", "is a pointer of Git LFS"),
+        (".stl", stl(b"\x05\0\0\0" + b"\0" * 60), "has room for 1 triangles, its head says 5"),
+        (".obj", b"v 0 0 0\nf 1 2 3\n", "a triangle names a corner that is missing"),
+        (".obj", b"v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n", "has a corner 1e+300 m from its origin"),
+    ],
+)
+def test_damaged_meshes_say_what_is_wrong(tmp_path, suffix, content, words):
+    file = tmp_path / f"mesh{suffix}"
+    file.write_bytes(content)
+    with pytest.raises(ValueError, match=r"^path: 'mesh") as caught:
+        lissom.read_visuals(file, "hand")
+    assert words in str(caught.value)

@@ -254,7 +254,7 @@ armature = 0.1
 [link.body]
 mass = 0.1
 centre = [0, 0, 0.01]
-inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]]
+inertia = [1e-4, 1e-4, 1e-4]
 [[link]]
 name = "arm"
 parent = "carriage"
@@ -331,7 +331,7 @@ body = { mass = 0.01, centre = [0.01, 0.01, 0.02], inertia = [[1e-4, 0, 0], [0, 
 [[link]]
 name = "bird"
 joint = { type = "free" }
-body = { mass = 0.01, inertia = [[1e-4, 0, 0], [0, 1e-4, 0], [0, 0, 1e-4]] }
+body = { mass = 0.01, inertia = [1e-4, 1e-4, 1e-4] }
 [[link]]
 name = "feather"
 parent = "bird"
@@ -1034,3 +1034,37 @@ def test_messages_do_not_list_all_links_of_large_robots(wrong, size):
     for problem in named:
         assert ("l1" in problem.right) is (size == 3), problem
         assert len(problem.right) < 200
+
+
+#: A hinged body whose inertia is one of these, and what is refused first.
+HINGED = """version = 1
+[[link]]
+name = "arm"
+joint = { type = "revolute", axis = [0, 1, 0] }
+body = { mass = 1.0, centre = [0.1, 0, 0], inertia = %s }
+[simulation]
+t_end = 1
+"""
+
+
+def test_principal_moments_are_the_matrix_with_this_diagonal():
+    of_moments = lissom.Scene.loads(HINGED % "[1e-3, 2e-3, 2e-3]").model
+    of_rows = lissom.Scene.loads(HINGED % "[[1e-3, 0, 0], [0, 2e-3, 0], [0, 0, 2e-3]]").model
+    assert of_moments.links[0].body.inertia.tolist() == np.diag([1e-3, 2e-3, 2e-3]).tolist()
+    assert of_moments.mass_matrix([0.3]) == of_rows.mass_matrix([0.3])
+
+
+@pytest.mark.parametrize(
+    ("inertia", "words"),
+    [
+        ("[1e-3, 2e-3]", "got an array of 2; expected an array of 3 numbers or of 3 rows"),
+        ("1e-3", "expected an array of 3 numbers or of 3 rows"),
+        ("[1e-3, 1e-3, 9e-3]", "got the principal moments 0.001, 0.001, 0.009"),
+        ('[1e-3, "a", 1e-3]', 'inertia[1]: got the text "a"; expected a number'),
+    ],
+)
+def test_a_wrong_inertia_is_the_only_problem_of_its_link(inertia, words):
+    with pytest.raises(lissom.SceneError) as caught:
+        lissom.Scene.loads(HINGED % inertia)
+    (problem,) = caught.value.problems
+    assert words in str(problem)

@@ -17,7 +17,8 @@ pub struct Body {
     /// Centre of mass relative to the section's centre, in the section's axes.
     #[part(unit = "metres", default)]
     pub centre: [f64; 3],
-    /// Inertia tensor about the centre of mass in the section's axes; by default zero, a point.
+    /// Inertia tensor about the centre of mass in the section's axes, or its three principal moments where these are the principal axes; by
+    /// default zero, a point.
     #[part(unit = "kg m^2", default)]
     pub inertia: [[f64; 3]; 3],
     /// Link of a `Robot` to which the body is fixed, unless the body belongs to a `Link` itself.

@@ -136,6 +136,7 @@ impl Kind {
             Self::Array(Self::Number, count) => format!("an array of {count} numbers"),
             Self::Array(Self::Integer, count) => format!("an array of {count} integers"),
             Self::Array(Self::AlongRod(_), count) => format!("an array of {count} entries"),
+            Self::Array(Self::Array(..), size) => Self::Symmetric(*size).words(),
             Self::Array(_, count) => format!("an array of {count} rows"),
             Self::List(Self::Number) => "an array of numbers".to_owned(),
             Self::List(Self::Part(_) | Self::OneOf(..)) => Self::TABLES.to_owned(),

@@ -29,5 +29,5 @@ pub use types::{LinkName, PerAxis, Rows, Symmetric};
 #[doc(hidden)]
 pub use lissom_derive::Described;
 #[doc(hidden)]
-pub use suggestion::{LISTED, expected_name, expected_one_of, quoted, similar, suggestion};
+pub use suggestion::{LISTED, expected_name, expected_one_of, keyword, quoted, similar, suggestion};
 pub(crate) use types::items;

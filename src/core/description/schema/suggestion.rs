@@ -4,7 +4,7 @@
 const SIMILARITY: f64 = 0.8;
 
 /// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
-const SYMBOLS: [(&str, &[&str]); 35] = [
+const SYMBOLS: [(&str, &[&str]); 76] = [
     ("E", &["young_modulus"]),
     ("G", &["shear_modulus"]),
     ("nu", &["poisson_ratio"]),
@@ -24,7 +24,7 @@ const SYMBOLS: [(&str, &[&str]); 35] = [
     ("tau", &["torque", "retardation_time"]),
     ("F", &["force", "tip_force"]),
     ("M", &["moment", "tip_moment"]),
-    ("T", &["tension"]),
+    ("T", &["tension", "t_end"]),
     ("p", &["pressure"]),
     ("f", &["frequency"]),
     ("diameter", &["radius"]),
@@ -40,15 +40,63 @@ const SYMBOLS: [(&str, &[&str]); 35] = [
     ("ode15s", &["radau"]),
     ("bdf", &["radau"]),
     ("lsoda", &["auto"]),
+    ("n_modes", &["modes"]),
+    ("num_modes", &["modes"]),
+    ("n_elem", &["modes"]),
+    ("n_elements", &["modes"]),
+    ("elements", &["modes"]),
+    ("base_length", &["length"]),
+    ("base_radius", &["radius"]),
+    ("EI", &["section"]),
+    ("GJ", &["section"]),
+    ("EA", &["section"]),
+    ("GA", &["section"]),
+    ("bending_stiffness", &["section"]),
+    ("flexural_rigidity", &["section"]),
+    ("axial_stiffness", &["section"]),
+    ("torsional_stiffness", &["section"]),
+    ("mass_per_length", &["section"]),
+    ("linear_density", &["section"]),
+    ("t_span", &["t_end"]),
+    ("tspan", &["t_end"]),
+    ("t_final", &["t_end"]),
+    ("tf", &["t_end"]),
+    ("duration", &["t_end"]),
+    ("timestep", &["dt"]),
+    ("time_step", &["dt"]),
+    ("step", &["dt"]),
+    ("h", &["dt"]),
+    ("x0", &["q0"]),
+    ("y0", &["q0"]),
+    ("qd0", &["v0"]),
+    ("u0", &["u"]),
+    ("inputs", &["u", "control"]),
+    ("input", &["u", "control"]),
+    ("targets", &["target", "pose"]),
+    ("time", &["t"]),
+    ("dt", &["duration"]),
+    ("controller", &["control"]),
+    ("maxiter", &["max_iter"]),
+    ("x", &["X"]),
+    ("s", &["X"]),
+    ("arc_length", &["X"]),
+    ("color", &["colour"]),
 ];
 
-/// The known word that a symbol stands for, or the one most similar to `word`, if any is similar enough; the first one of
-/// equals.
+/// How to describe a segment by the stiffness of its sections.
+const BY_STIFFNESS: &str = "a segment takes moduli and a radius, or what is per length as section=lissom.Section.given(stiffness=(GJ, EI_y, EI_z, EA, GA_y, GA_z), mass=...)";
+
+/// The known word that a symbol stands for, one that ends with the word (`orientation` may mean `base_orientation`), or the one
+/// most similar to it, if any is similar enough; the first one of equals.
 pub fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let known: Vec<_> = known.collect();
     if let Some((_, names)) = SYMBOLS.iter().find(|(symbol, _)| *symbol == word)
         && let Some(found) = names.iter().find_map(|name| known.iter().find(|other| *other == name))
     {
+        return Some(found);
+    }
+    let is_end = |name: &&&str| name.strip_suffix(word).is_some_and(|begin| begin.ends_with('_'));
+    if let Some(found) = known.iter().find(is_end) {
         return Some(found);
     }
     let word = word.to_lowercase();
@@ -58,6 +106,13 @@ pub fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Optio
         .filter(|(similarity, _)| *similarity >= SIMILARITY)
         .min_by(|a, b| b.0.total_cmp(&a.0))
         .map(|(_, other)| other)
+}
+
+/// What to write in place of an unknown keyword, in words of Python; `None` if nothing is like it.
+pub fn keyword<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
+    let meant = suggestion(word, known)?;
+    let is_of_sections = meant == "section" && SYMBOLS.iter().any(|(symbol, _)| *symbol == word);
+    Some(if is_of_sections { BY_STIFFNESS.to_owned() } else { format!("did you mean '{meant}'?") })
 }
 
 /// Maximum number of names listed in messages.
@@ -112,5 +167,14 @@ mod tests {
         // Neither symbols of what is not there, nor their letters in other words.
         assert_eq!(["rho", "F", "e"].map(meant), [None; 3]);
         assert_eq!(meant("youngs_modulus"), Some("young_modulus"));
+        assert_eq!(meant("modulus"), Some("young_modulus"));
+    }
+
+    #[test]
+    fn stiffnesses_of_sections_say_how_segments_take_them() {
+        let said = |word| keyword(word, OF_SEGMENT.into_iter().chain(["section", "modes"]));
+        assert_eq!(said("EI"), Some(BY_STIFFNESS.to_owned()));
+        assert_eq!(said("n_modes"), Some("did you mean 'modes'?".to_owned()));
+        assert_eq!(said("nonsense"), None);
     }
 }

@@ -147,7 +147,7 @@ impl<const N: usize> Data for [f64; N] {
     }
 }
 
-/// Rows of a square matrix.
+/// Rows of a symmetric matrix, or its diagonal.
 impl<const N: usize> Data for [[f64; N]; N] {
     const KIND: Kind = Kind::Array(&<[f64; N]>::KIND, N);
 
@@ -156,6 +156,13 @@ impl<const N: usize> Data for [[f64; N]; N] {
             && (*columns, numbers.len()) == (N, N * N)
         {
             return numbers.as_chunks().0.try_into().ok();
+        }
+        if let Value::List(entries) = value
+            && matches!(entries.first(), Some(Value::Number(_) | Value::Integer(_)))
+        {
+            let diagonal: [f64; N] = items(value, Some(N), &Self::KIND, reader)?.try_into().ok()?;
+            let entry = |i: usize, j: usize| if i == j { diagonal[i] } else { 0.0 };
+            return Some(std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j))));
         }
         items(value, Some(N), &Self::KIND, reader)?.try_into().ok()
     }
@@ -190,13 +197,6 @@ impl<const N: usize> Data for Symmetric<N> {
     const KIND: Kind = Kind::Symmetric(N);
 
     fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
-        if let Value::List(items) = value
-            && matches!(items.first(), Some(Value::Number(_) | Value::Integer(_)))
-        {
-            let diagonal = <[f64; N]>::read(value, reader)?;
-            let entry = |i: usize, j: usize| if i == j { diagonal[i] } else { 0.0 };
-            return Some(Self(std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))));
-        }
         <[[f64; N]; N]>::read(value, reader).map(Self)
     }
 
