@@ -150,11 +150,11 @@ impl UnresolvedVibrations {
         };
         let step = movements.iter().map(enough).fold(self.dt, f64::min);
         let per_period = 1.0 / (hertz * self.dt);
-        let finds = if per_period < RESOLVED { "does not resolve" } else { "is a little long for" };
+        let finds = if per_period < RESOLVED { "does not resolve" } else { "resolves only coarsely" };
         let meaning = if per_period < RESOLVED {
             "the error of the tip is".to_owned()
         } else {
-            format!("{per_period:.0} steps a period leave an error of the phase, which adds up to")
+            format!("at {per_period:.0} steps per period the phase error adds up to")
         };
         Some(format!(
             "The step of {} s {finds} a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: {meaning} \

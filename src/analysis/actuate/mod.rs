@@ -155,7 +155,7 @@ impl Problem {
                 limits[0] <= limits[1] && limits[0] < f64::INFINITY && limits[1] > f64::NEG_INFINITY;
             let ok = is_range && !lower.is_nan() && !upper.is_nan();
             let expected =
-                format!("a lower and an upper limit with values between {least} and {most} between them");
+                format!("a lower and an upper limit, with values from {least} to {most} between them");
             if check.require(ok, &format!("limits['{}']", names[entry]), found, &expected) {
                 command.limits = limits;
             }
@@ -168,7 +168,7 @@ impl Problem {
         for &entry in &free {
             check.require(entry < m, "inputs", entry, &format!("entries of u, 0 to {}", m.saturating_sub(1)));
         }
-        check.positive(options.tol, "tol", "a part of the length of what carries a target, and radians");
+        check.positive(options.tol, "tol", "fraction of the length of the chain to the target, and radians");
         if let Some(q0) = &options.q0
             && check.length(q0, model.facts().n, "q0")
         {
@@ -302,10 +302,9 @@ fn search(
     // Scaling must not move an input beyond its limits by rounding.
     let u = problem.clipped(system.inputs(&x));
     let Actuated { mut equilibria, targets: mut of_targets, .. } = system;
-    let judged = if status == Status::Interrupted {
-        Err(Interrupted)
-    } else {
-        judged(&mut equilibria, &problem, &u, options.time)
+    let judged = match status {
+        Status::Interrupted => Err(Interrupted),
+        _ => judged(&mut equilibria, &problem, &u, options.time),
     };
     let (State { u, q }, verdict, slack) = judged.unwrap_or_else(|Interrupted| {
         status = Status::Interrupted;
@@ -316,17 +315,8 @@ fn search(
         Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
         _ => Vec::new(),
     };
-    let end = Ending {
-        u,
-        q,
-        status,
-        held,
-        no_equilibrium,
-        slack,
-        verdict,
-        counters,
-        equilibria: equilibria.number,
-    };
+    let equilibria = equilibria.number;
+    let end = Ending { u, q, status, held, no_equilibrium, slack, verdict, counters, equilibria };
     end.conclude(&mut of_targets, &robot, targets)
 }
 
@@ -396,7 +386,7 @@ fn find(
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, Unfinished<Equilibrium>> {
     let options = statics::Options { start, ..statics::Options::default() };
-    equilibrium(model, &options, monitor).expect("options and shape were looked at")
+    equilibrium(model, &options, monitor).expect("options and shape were validated")
 }
 
 fn search_of(options: &Options, tolerance: f64) -> least_squares::Options {

@@ -207,7 +207,7 @@ fn check(robot: &Robot, targets: &[Target], options: &Options) -> Result<(), Inv
         let expected = "a weight > 0 of any coordinate";
         check.require(weights.iter().any(|&weight| weight != 0.0), "prefer", "zeros", expected);
     }
-    check.positive(options.tol, "tol", "a part of the length of what carries a target, and radians");
+    check.positive(options.tol, "tol", "fraction of the length of the chain to the target, and radians");
     let restarts = options.restarts;
     check.require(
         restarts <= MAX_RESTARTS,

@@ -23,7 +23,7 @@ impl InputPath {
             }
         }
         let moves = self.from != self.to;
-        check.require(moves, "inputs", "inputs that stay what they are", "at least one that changes");
+        check.require(moves, "inputs", "the same `from` and `to`", "at least one input that changes");
     }
 }
 

@@ -96,14 +96,14 @@ impl Status {
                 "No step reduces the energy, but the forces are not in equilibrium; `q` is the last shape. Start from another \
                  shape{}.",
                 if has_rods {
-                    "; if that ends here too, give the rod more quadrature `nodes`: the discretised forces of a sharply bent \
+                    "; if that fails too, give the rod more quadrature `nodes`: the discretised forces of a sharply bent \
                      rod need not have a potential"
                 } else {
                     ""
                 }
             ),
-            Self::Unheld => "Nothing holds the model: in some direction the loads move it on without end, and there is no \
-                             equilibrium that way. Hold it by a joint, a support, a tendon or a contact; `q` is the last shape."
+            Self::Unheld => "Nothing holds the model: in some direction the loads move it without limit, so that there is no \
+                             equilibrium. Hold it by a joint, a support, a tendon or a contact; `q` is the last shape."
                 .to_owned(),
             Self::NonFinite => "Forces or stiffnesses are NaN or infinite. Start from a smaller `q0`.".to_owned(),
             Self::Invalid(invalid_shape) => {

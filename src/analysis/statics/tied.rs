@@ -31,8 +31,9 @@ pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, Inv
     match model.open_loop(&q) {
         None => Ok(q),
         Some(invalid_shape) => {
-            let found = format_args!("a start that {invalid_shape} and cannot be closed from there");
-            let expected = "a start closer to a closed shape, and loops that do not contradict each other";
+            let found = format_args!("a start that {invalid_shape} and could not be closed");
+            let expected =
+                "a start closer to a closed shape; if there is none, loops that do not contradict each other";
             Err(InvalidInput::new("q0", found, expected))
         }
     }

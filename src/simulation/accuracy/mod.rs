@@ -96,7 +96,9 @@ pub fn simulate_to_accuracy<M: Model + Clone>(
         }
     };
     if factor > 1 {
-        simulation.message.push_str(&format!(" It takes {factor} times as many nodes as by default."));
+        simulation
+            .message
+            .push_str(&format!(" The number of nodes was raised to {factor} times the default."));
     }
     if !request.space_error {
         simulation.message.push_str(" The space error is not estimated.");

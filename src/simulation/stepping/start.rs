@@ -36,7 +36,7 @@ impl Start {
             let expected = "a start closer to a closed shape, and loops that do not contradict each other";
             return Err(InvalidInput::new(
                 "q0",
-                format_args!("a start that {invalid_shape} and cannot be closed from there"),
+                format_args!("a start that {invalid_shape} and could not be closed"),
                 expected,
             ));
         }

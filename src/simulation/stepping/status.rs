@@ -182,25 +182,25 @@ impl Stop {
         let (status, cure) = match invalid_shape {
             InvalidShape::Unresolved { shortage } => (
                 Status::Unresolved,
-                format!("; if that ends here too, give the segment more `nodes`{}", at_least(shortage)),
+                format!("; if that fails too, give the segment more `nodes`{}", at_least(shortage)),
             ),
             InvalidShape::Collapsed { .. } => (
                 Status::Collapsed,
-                "; if that ends here too, pull less, or keep the points apart with a joint that has `limits`"
+                "; if that fails too, pull less, or keep the points apart with a joint that has `limits`"
                     .to_owned(),
             ),
             InvalidShape::Open { .. } => (
                 Status::Open,
-                "; if that ends here too, the loops conflict there: the mechanism cannot go on, as at the end of its travel"
+                "; if that fails too, the loops conflict there: the mechanism cannot go on, as at the end of its travel"
                     .to_owned(),
             ),
             InvalidShape::DeepPenetration { .. } => (
                 Status::Sunk,
-                "; if that ends here too, give the contact more `stiffness`".to_owned(),
+                "; if that fails too, give the contact more `stiffness`".to_owned(),
             ),
             InvalidShape::Inverted { .. } => (
                 Status::Inverted,
-                "; if that ends here too, linear elasticity in the stretch does not hold".to_owned(),
+                "; if that fails too, linear elasticity in the stretch does not hold".to_owned(),
             ),
         };
         let message = format!(

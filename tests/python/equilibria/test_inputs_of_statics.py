@@ -239,7 +239,7 @@ def test_paths_of_inputs_take_loads_at_their_time():
             "inputs: got 'aa', expected one of the inputs: 'a', 'b'; did you mean 'a'",
         ),
         ({"inputs": {"a": 3.0}}, r"inputs\['a'\]: expected a pair of values, got float"),
-        ({"inputs": {"a": (1.0, 1.0)}}, "inputs: got inputs that stay what they are"),
+        ({"inputs": {"a": (1.0, 1.0)}}, "inputs: got the same `from` and `to`"),
         ({"inputs": {"a": (0.0, np.inf)}}, "got inf"),
         ({"inputs": [1.0, 2.0]}, "inputs: expected a mapping from names of inputs to pairs"),
     ],

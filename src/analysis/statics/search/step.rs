@@ -99,15 +99,7 @@ pub(super) fn within(
             None => low = low.max(shift),
             Some(found) => {
                 let size = length(&found.x, &metric);
-                // Newton's method for 1 / size - 1 / radius.
-                let weighted: Vec<f64> = found.x.iter().zip(&metric).map(|(x, b)| -x * b).collect();
-                let slope = found.saddle.solve(
-                    &weighted,
-                    &vec![0.0; found.transform.nrows()],
-                    &vec![0.0; found.elastic.len()],
-                );
-                let slope = -dot(&weighted, &slope);
-                next = shift + (size / radius - 1.0) * size * size / slope;
+                next = shift + change_of_shift(&found, &metric, size, radius);
                 if size > AT_RADIUS[1] * radius {
                     low = low.max(shift);
                 } else {
@@ -142,6 +134,14 @@ pub(super) fn within(
         along_least_curvature(linearised, &regular, &metric, radius, size, &mut solution);
     }
     Some(solution)
+}
+
+/// The change of the shift by Newton's method for `1 / size - 1 / radius`.
+fn change_of_shift(found: &Solution, metric: &[f64], size: f64, radius: f64) -> f64 {
+    let weighted: Vec<f64> = found.x.iter().zip(metric).map(|(x, b)| -x * b).collect();
+    let (rows, elastic) = (vec![0.0; found.transform.nrows()], vec![0.0; found.elastic.len()]);
+    let slope = -dot(&weighted, &found.saddle.solve(&weighted, &rows, &elastic));
+    (size / radius - 1.0) * size * size / slope
 }
 
 /// Limits of steps, in sizes of coordinates.

@@ -73,7 +73,7 @@ impl Status {
             Self::AlreadyRoot => "The start is a root within the tolerance; no step was taken.",
             Self::StationaryPoint => {
                 "Stopped at a stationary point of |R| that is not a root: to first order, R decreases in no \
-                 direction. Start somewhere else; if that ends here too, there may be no root nearby. If the \
+                 direction. Start somewhere else; if that fails too, there may be no root nearby. If the \
                  Jacobian comes from finite differences, check the scale of x."
             }
             Self::SingularJacobian => {

@@ -19,6 +19,9 @@ const MOST_LOST: f64 = 0.7;
 /// Above this `(omega h)^2`, an impact takes fewer than ten steps, in which a ball loses at least two hundredths of its energy.
 const COARSE: f64 = (PI / 10.0) * (PI / 10.0);
 
+/// Above this product of dissipation and speed, dissipation decides how long an impact takes: less than a tenth of the energy returns.
+const STRONG: f64 = 3.0;
+
 /// Surfaces rest on each other if their distance changes in a step by less than this part of their overlap.
 const AT_REST: f64 = 1e-2;
 
@@ -145,7 +148,7 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
 /// `by_weight`, a is that of the weight alone: the forces of waves along a compressed rod last no longer than these. Dissipation
-/// c of more than 1/u takes the speed within `1 / (omega sqrt(c u))`, for which an impact counts as that much stiffer.
+/// c of more than `STRONG / u` takes the speed within `1 / (omega sqrt(c u))`, for which an impact counts as that much stiffer.
 pub(crate) fn separation<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -165,7 +168,7 @@ pub(crate) fn separation<G: Turning>(
         let square = before * before + stored;
         let speed = square.max(0.0).sqrt();
         let dissipated = touch.contact_point.law.dissipation * speed;
-        let stiffness = stiffness * dissipated.max(1.0);
+        let stiffness = if dissipated > STRONG { stiffness * dissipated } else { stiffness };
         let is_coarse = h * h * stiffness > COARSE;
         if !is_coarse || speed == 0.0 || before > 0.0 && began == 0.0 {
             continue;
