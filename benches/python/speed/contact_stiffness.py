@@ -2,10 +2,17 @@
 
 python benches/python/speed/contact_stiffness.py  # all scenes: default, 1e5 N/m^2, "material"
 python benches/python/speed/contact_stiffness.py --young 2e11 --radius 5e-4 --limit 20
+python benches/python/speed/contact_stiffness.py --grid  # statics over moduli and radii
+python benches/python/speed/contact_stiffness.py --grid --motions
 
 Each row: tangents of `statics`; Newton iterations of one second in steps of 5 ms; the deepest overlap over
 the radius; how far the resting shape is from that of "material", over the length. Runs that take longer than
 `--limit` seconds are cut off.
+
+With `--grid`, one row for each modulus and radius: of all scenes of `GRID`, how many come to rest with
+the default and with 1e5 N/m^2, their tangents (median and largest), and how far shapes are from those of
+"material" at most. With `--motions`, Newton iterations of motions with the default stiffness, and how
+they end.
 """
 
 from __future__ import annotations
@@ -16,7 +23,8 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import pairwise
+from functools import partial
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -139,6 +147,29 @@ def corner(s: Scene) -> None:
     s.obstacles = [lissom.HalfSpace((0, 0, -0.1 * L)), lissom.HalfSpace((0, 0.06 * L, 0), (0, -1, 0))]
 
 
+def capsules(s: Scene) -> None:
+    """A line over two bars, of 2 percent of its length."""
+    s.rod()
+    L = s.length
+    for x, z in ((0.3, -0.08), (0.55, -0.12)):
+        s.obstacles.append(lissom.Capsule((x * L, -L, z * L), (x * L, L, z * L), 0.02 * L))
+
+
+def cylinder(s: Scene) -> None:
+    """A line over a drum."""
+    s.rod()
+    L = s.length
+    s.obstacles = [lissom.Capsule((0.4 * L, -L, -0.25 * L), (0.4 * L, L, -0.25 * L), 0.2 * L)]
+
+
+def spheres(s: Scene) -> None:
+    """A line over two balls beside it, from which it slides off."""
+    s.rod()
+    L = s.length
+    for x, y, z in ((0.3, 0.005, -0.1), (0.6, -0.005, -0.15)):
+        s.obstacles.append(lissom.Sphere((x * L, y * L, z * L), 0.04 * L))
+
+
 def tube(s: Scene) -> None:
     """A catheter in a bent channel of rails."""
     s.rod()
@@ -169,7 +200,17 @@ SCENES: dict[str, Callable[[Scene], None]] = {
     "corner": corner,
     "tube": tube,
     "crossing": crossing,
-}
+    "capsules": capsules,
+    "cylinder": cylinder,
+    "spheres": spheres,
+} | {f"edge {i}": partial(edge, height=0.03 * i) for i in range(1, 11)}
+
+#: Scenes, moduli (Pa) and radii (m) of `--grid`, and scenes and steps (s) of its motions.
+GRID = [*(f"edge {i}" for i in range(1, 11)), "box", "boxes", "capsules", "cylinder", "spheres"]
+MODULI = (1e5, 1e7, 1e9, 2e11)
+RADII = (5e-4, 5e-3, 5e-2)
+MOTIONS = ("edge", "box", "boxes", "plane")
+STEPS = (5e-3, 1e-3)
 
 
 def at_rest(robot: lissom.Robot, limit: float) -> tuple[lissom.StaticsResult, str]:
@@ -183,17 +224,24 @@ def at_rest(robot: lissom.Robot, limit: float) -> tuple[lissom.StaticsResult, st
     try:
         found = lissom.statics(robot)
     except TimeoutError as error:
-        return error.result, "too slow"  # type: ignore[attr-defined]
+        # Without a result if nothing was searched yet.
+        found = getattr(error, "result", None) or lissom.statics(robot, max_iter=1)
+        return found, "too slow"
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
     return found, found.status
 
 
-def measure(name: str, law: str, young: float, radius: float, limit: float) -> dict[str, Any]:
-    """Figures of one scene with one law."""
+def made(name: str, law: str, young: float, radius: float) -> Scene:
+    """A scene with a law."""
     scene = Scene(young, radius, LAWS[law])
     SCENES[name](scene)
+    return scene
+
+
+def resting(scene: Scene, limit: float) -> dict[str, Any]:
+    """Figures of a scene at rest."""
     robot = scene.robot()
     row: dict[str, Any] = {"k": max(robot._contact_stiffness())}
     found, row["rest"] = at_rest(robot, limit)
@@ -202,19 +250,69 @@ def measure(name: str, law: str, young: float, radius: float, limit: float) -> d
     places = np.linspace(0, sum(part.length for part in robot.links[0].rod), 101)
     row["shape"] = robot.pose(found.q, places, link="rod")[:, :3, 3]
     row["length"] = places[-1]
+    return row
+
+
+def moving(scene: Scene, limit: float, dt: float = 5e-3) -> dict[str, Any]:
+    """Figures of one second of its motion."""
+    robot = scene.robot()
     free = scene.robot(contacts=False, gravity=(0, G, 0))
     q0 = lissom.statics(free, np.zeros(free.n)).q if scene.loops else np.zeros(free.n)
     if robot.touches(q0, 0 * q0):
         # A short rod begins within the other one.
-        return row | {"motion": "not begun", "newton": 0, "reached": 0.0, "moving_overlap": 0.0}
+        return {"motion": "not begun", "newton": 0, "reached": 0.0, "moving_overlap": 0.0}
     begin = time.perf_counter()
-    motion = lissom.simulate(
-        robot, 1.0, q0=q0, dt=5e-3, progress=lambda _: time.perf_counter() - begin > limit
+    motion = lissom.simulate(robot, 1.0, q0=q0, dt=dt, progress=lambda _: time.perf_counter() - begin > limit)
+    return {
+        "motion": motion.status,
+        "newton": motion.stats.newton_iterations,
+        "reached": float(motion.t[-1]),
+        "moving_overlap": motion.deepest.share if motion.deepest else 0.0,
+    }
+
+
+def grid(limit: float) -> None:
+    """Prints the table of statics over moduli and radii."""
+    titles = (
+        "E, Pa",
+        "radius, m",
+        "r/L",
+        "default: at rest",
+        "tangents",
+        "1e5: at rest",
+        "tangents",
+        "shape/L",
     )
-    row["motion"], row["newton"] = motion.status, motion.stats.newton_iterations
-    row["reached"] = float(motion.t[-1])
-    row["moving_overlap"] = motion.deepest.share if motion.deepest else 0.0
-    return row
+    print(f"| {' | '.join(titles)} |")
+    print(f"|{'---|' * len(titles)}")
+    for young, radius in product(MODULI, RADII):
+        rows = {law: [resting(made(name, law, young, radius), limit) for name in GRID] for law in LAWS}
+        cells = [f"{young:.0e}", f"{radius:g}", f"{radius / Scene(young, radius, None).length:.0e}"]
+        for law in ("default", "1e5"):
+            tangents = [row["tangents"] for row in rows[law]]
+            resting_ones = sum(row["rest"] == "converged" for row in rows[law])
+            cells += [f"{resting_ones} of {len(GRID)}", f"{np.median(tangents):.0f}, {max(tangents)}"]
+        off = [
+            np.abs(soft["shape"] - stiff["shape"]).max() / soft["length"]
+            for soft, stiff in zip(rows["default"], rows["material"], strict=True)
+            if soft["rest"] == stiff["rest"] == "converged"
+        ]
+        cells.append(f"{max(off):.0e} ({len(off)})")
+        print(f"| {' | '.join(cells)} |", flush=True)
+
+
+def motions(limit: float) -> None:
+    """Prints the table of motions over moduli and radii."""
+    titles = ("E, Pa", "radius, m", "dt, ms", *MOTIONS)
+    print(f"| {' | '.join(titles)} |")
+    print(f"|{'---|' * len(titles)}")
+    for young, radius, dt in product(MODULI, RADII, STEPS):
+        cells = [f"{young:.0e}", f"{radius:g}", f"{1e3 * dt:g}"]
+        for name in MOTIONS:
+            row = moving(made(name, "default", young, radius), limit, dt)
+            end = "" if row["motion"] == "finished" else f" {row['motion']} at {row['reached']:.2f} s"
+            cells.append(f"{row['newton']}{end}")
+        print(f"| {' | '.join(cells)} |", flush=True)
 
 
 def main() -> None:
@@ -223,23 +321,29 @@ def main() -> None:
     )
     for name, value in (("young", 5e7), ("radius", 5e-3), ("limit", 10.0)):
         parser.add_argument(f"--{name}", type=float, default=value)
-    parser.add_argument("--only", nargs="*", default=list(SCENES))
+    parser.add_argument("--only", nargs="*", default=[name for name in SCENES if " " not in name])
+    parser.add_argument("--grid", action="store_true")
+    parser.add_argument("--motions", action="store_true")
     chosen = parser.parse_args()
     warnings.simplefilter("ignore")
+    if chosen.grid:
+        (motions if chosen.motions else grid)(chosen.limit)
+        return
     titles = ("scene", "stiffness", "N/m²", "statics", "tangents", "overlap/r", "shape/L")
     titles += ("motion", "iterations", "overlap/r")
     print(f"| {' | '.join(titles)} |")
     print(f"|{'---|' * len(titles)}")
     for name in chosen.only:
-        rows = {law: measure(name, law, chosen.young, chosen.radius, chosen.limit) for law in LAWS}
+        scenes = {law: made(name, law, chosen.young, chosen.radius) for law in LAWS}
+        rows = {law: resting(s, chosen.limit) | moving(s, chosen.limit) for law, s in scenes.items()}
         for law, row in rows.items():
             off = np.abs(row["shape"] - rows["material"]["shape"]).max() / row["length"]
             is_whole = row["motion"] == "finished"
             motion = row["motion"] if is_whole else f"{row['motion']} at {row['reached']:.2f}"
             stiffness = f"{row['k']:.1e}"
-            resting = (row["rest"], str(row["tangents"]), f"{row['rest_overlap']:.1e}", f"{off:.0e}")
-            moving = (motion, str(row["newton"]), f"{row['moving_overlap']:.1e}")
-            print(f"| {' | '.join((name, law, stiffness, *resting, *moving))} |", flush=True)
+            at_end = (row["rest"], str(row["tangents"]), f"{row['rest_overlap']:.1e}", f"{off:.0e}")
+            in_motion = (motion, str(row["newton"]), f"{row['moving_overlap']:.1e}")
+            print(f"| {' | '.join((name, law, stiffness, *at_end, *in_motion))} |", flush=True)
 
 
 if __name__ == "__main__":

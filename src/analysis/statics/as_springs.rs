@@ -9,7 +9,7 @@ use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{Cords, Springs};
 use crate::model::{
     Dynamics, Elastic, Energy, Facts, InContact, InTime, InvalidShape, OneSided, Overlap, Radius, Reached,
-    Sprung, Static, Switch, Untied,
+    Softened, Sprung, Static, Switch, Untied,
 };
 use crate::numerics::linalg::Matrix;
 
@@ -254,8 +254,8 @@ impl InContact for AsSprings<'_> {
         self.model.leave_contact(is_left);
     }
 
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
-        self.model.soften_contact(forces)
+    fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool {
+        self.model.soften_contact(soft)
     }
 
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {

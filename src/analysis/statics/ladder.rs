@@ -2,11 +2,11 @@
 //!
 //! The stiffer surfaces are, the shorter are the steps for which linearised contacts are valid. Therefore shapes are first searched with
 //! contacts as soft as the forces allow; these shapes start searches with stiffer ones (penalty continuation: Nocedal and Wright 2006,
-//! section 17.1). The last search uses the contacts of the model, so that its result is an equilibrium of these; the soft contacts only
+//! section 17.1). Obstacles of thin rods are larger with soft contacts, and shrink from search to search. The last search uses the contacts of the model, so that its result is an equilibrium of these; the soft contacts only
 //! determine its start.
 
 use crate::analysis::normalised;
-use crate::model::{Static, chart};
+use crate::model::{Softened, Static, chart};
 use crate::numerics::linalg::Matrix;
 
 /// This part of the estimated forces presses the softest surfaces into each other by their thickness.
@@ -52,6 +52,12 @@ pub(super) struct Ladder {
     part: f64,
 }
 
+/// Growth of obstacles with contacts of this stiffness, over the largest one: forces press surfaces into each other by the same part of it in
+/// every search.
+fn growth(part: f64) -> f64 {
+    part.sqrt().recip()
+}
+
 impl Ladder {
     pub(super) fn new(model: &mut dyn Static, q: &[f64]) -> Self {
         Self { forces: forces_on_contacts(model, q), part: FIRST }
@@ -59,8 +65,19 @@ impl Ladder {
 
     /// Softens the contacts for the next search. False if none became softer.
     pub(super) fn soften(&self, model: &mut dyn Static) -> bool {
-        let limits: Vec<f64> = self.forces.iter().map(|force| self.part * force).collect();
-        model.soften_contact(Some(&limits))
+        let Self { forces, part } = self;
+        model.soften_contact(Some(Softened { forces, part: *part, growth: growth(*part) }))
+    }
+
+    /// The part of the forces in the next search.
+    pub(super) fn part(&self) -> f64 {
+        self.part
+    }
+
+    /// Shrinks obstacles by this fraction of the change from the search with `part` to the next one, without a change of the stiffness.
+    pub(super) fn shrink(&self, model: &mut dyn Static, part: f64, fraction: f64) {
+        let growth = growth(part) + fraction * (growth(self.part) - growth(part));
+        model.soften_contact(Some(Softened { forces: &self.forces, part, growth }));
     }
 
     /// Use of the last shape of a search in the next one, with this overlap over the thickness there and at most `deepest` on the way.

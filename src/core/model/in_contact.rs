@@ -20,6 +20,17 @@ pub enum Reached {
     Taut(usize),
 }
 
+/// Softened contacts.
+#[derive(Clone, Copy, Debug)]
+pub struct Softened<'a> {
+    /// For every pair of surfaces, an estimate of the force on it, newtons.
+    pub forces: &'a [f64],
+    /// The part of these forces that presses surfaces into each other by their soft depth.
+    pub part: f64,
+    /// The part of their largest growth by which obstacles are larger.
+    pub growth: f64,
+}
+
 /// The deepest of the surfaces that overlap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overlap {
@@ -52,11 +63,11 @@ pub trait InContact: Dynamics {
     /// Disables contact forces, or enables them again.
     fn leave_contact(&mut self, is_left: bool);
 
-    /// Softens contacts: limits the stiffness of every pair of [`Self::shifts_of_contact`] such that this force, in newtons, presses
-    /// its surfaces into each other by their thickness. `None` undoes that. Returns whether any became softer.
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool;
+    /// Softens contacts: limits the stiffness of every pair of [`Self::shifts_of_contact`], and enlarges obstacles of thin rods. `None` undoes
+    /// that. Returns whether any became softer.
+    fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool;
 
-    /// The largest overlap in a shape over the thickness of the thinner surface: of all surfaces, and of those with two sides, which
+    /// The largest overlap in a shape over the thickness of the thinner surface and the growth of softened obstacles: of all surfaces, and of those with two sides, which
     /// excludes half-spaces; zero if nothing touches.
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2];
 

@@ -3,7 +3,7 @@
 use super::{
     Differentiable, Dynamics, Elastic, Excitation, GainCheck, Impact, InContact, InImpact, InTime,
     InertiaMatrix, InvalidShape, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Separation,
-    Sprung, Switch, Tied,
+    Softened, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -156,7 +156,7 @@ impl<M: Smooth> InContact for M {
 
     fn leave_contact(&mut self, _is_left: bool) {}
 
-    fn soften_contact(&mut self, _forces: Option<&[f64]>) -> bool {
+    fn soften_contact(&mut self, _soft: Option<Softened<'_>>) -> bool {
         false
     }
 

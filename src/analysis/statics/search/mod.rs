@@ -366,7 +366,9 @@ impl<'a> Search<'a> {
                 Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
                 _ => f64::INFINITY,
             };
+            let part = ladder.part();
             match ladder.next_rung(overlap, deepest, ended == Ended::Converged) {
+                Rung::Start if ended == Ended::Converged => self.follow_obstacles(&ladder, part)?,
                 Rung::Start => {}
                 Rung::Free => break,
                 Rung::Dropped => self.shape.q.clone_from(&start),
@@ -376,6 +378,38 @@ impl<'a> Search<'a> {
         self.deepest = None;
         self.reevaluate()?;
         self.descend(Goal { max_iter: left, ..goal })
+    }
+
+    /// Moves the shape with the surfaces of obstacles that shrink between the search with `part` and the next one, to first order (Euler
+    /// predictor: Allgower and Georg 1990, section 2.1): what touches stays in contact, instead of falling across the gap.
+    fn follow_obstacles(&mut self, ladder: &Ladder, part: f64) -> Result<(), Interrupted> {
+        /// Fraction of the change for which forces are differenced: the ends of overlaps hardly move.
+        const FRACTION: f64 = 1e-4;
+        ladder.shrink(&mut *self.problem.model, part, FRACTION);
+        let shrunk = self.problem.shape(self.shape.q.clone())?;
+        if shrunk.force == self.shape.force {
+            return Ok(());
+        }
+        ladder.shrink(&mut *self.problem.model, part, 0.0);
+        let Some(mut local) = self.local(false, self.balance.error) else { return Ok(()) };
+        let change = shrunk.force.iter().zip(&self.shape.force).map(|(new, old)| (new - old) / FRACTION);
+        local.gradient = change.zip(&self.scale.w).map(|(force, w)| force * w).collect();
+        let linearised = local.linearised();
+        let bounds = Bounds { scale: &self.scale, radius: FIRST_RADIUS };
+        let Local { hessian, regularisation, taut, .. } = &local;
+        let solution = step::damped(&linearised, hessian, regularisation, bounds, taut, &mut 0.0);
+        let Some(solution) = solution else { return Ok(()) };
+        let length = step::length(&solution.x, &self.scale.metric(FIRST_RADIUS));
+        let Self { problem, shape, scale, .. } = self;
+        let new = step::retracted(problem, shape, scale, &linearised, &solution, &local.held, length)?;
+        if let Some(new) = new
+            && new.force.iter().all(|force| force.is_finite())
+            && self.problem.model.invalid_shape(&new.q).is_none()
+            && !self.have_tunnelled(&new, length)
+        {
+            self.shape = new;
+        }
+        Ok(())
     }
 
     /// Evaluates the shape again, after contacts have changed.

@@ -4,7 +4,7 @@ use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN}
 use crate::model::springs::Cords;
 use crate::model::{
     Dynamics as _, ForwardScratch, GainCheck, Impact, InContact, InImpact, InvalidShape, Overlap, Radius,
-    Reached, Separation, Sprung as _, chart,
+    Reached, Separation, Softened, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::FastestImpact;
@@ -63,9 +63,9 @@ impl InContact for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
-    fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+    fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool {
         self.cached.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(forces))
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(soft))
     }
 
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {

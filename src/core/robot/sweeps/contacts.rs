@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Overlap, Radius, Reached, Separation};
+use crate::model::{Overlap, Radius, Reached, Separation, Softened};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::ReportedTouch;
+use crate::robot::effects::contact::state::ContactState;
 use crate::robot::effects::contact::{detection, force as contact, query, tunnelling};
 use crate::robot::effects::joint_forces;
 use crate::robot::kernel::sizes::Motions;
@@ -69,27 +70,34 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
-    /// Limits the stiffness of every pair such that this force presses its surfaces into each other by their thickness; `None` undoes
-    /// that. Returns whether any became softer.
-    pub(crate) fn soften_contact(&mut self, forces: Option<&[f64]>) -> bool {
+    /// Limits the stiffness of every pair, and enlarges obstacles of thin rods that became softer; `None` undoes that. Returns whether any
+    /// became softer.
+    pub(crate) fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool {
         self.work.motion_is_known = false;
-        let pairs = self.plan.effects.contacts.pairs.iter().zip(&mut self.work.effects.contact.stiffest);
+        let ContactState { stiffest, grown, .. } = &mut self.work.effects.contact;
         let mut is_softer = false;
-        for (p, (pair, stiffest)) in pairs.enumerate() {
-            *stiffest = forces.map_or(f64::INFINITY, |forces| pair.stiffness_for_soft_depth(forces[p]));
-            is_softer |= *stiffest < pair.law.stiffness;
+        for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
+            (stiffest[p], grown[p]) = (f64::INFINITY, 0.0);
+            let Some(Softened { forces, part, growth }) = soft else { continue };
+            stiffest[p] = pair.stiffness_for_soft_depth(part * forces[p]);
+            if stiffest[p] < pair.law.stiffness {
+                is_softer = true;
+                grown[p] = pair.growth * growth;
+            }
         }
         is_softer
     }
 
-    /// The largest overlap over the thickness of the thinner surface: of all surfaces, and of those with two sides.
+    /// The largest overlap over the thickness of the thinner surface and the growth of softened obstacles: of all surfaces, and of those with
+    /// two sides.
     pub(crate) fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
         self.find_touches(q);
         let Self { plan, work, .. } = self;
         let mut deepest: [f64; 2] = [0.0; 2];
         for touch in &work.effects.contact.touches {
             let pair = &plan.effects.contacts.pairs[touch.pair];
-            let overlap = touch.contact_point.overlap / pair.thickness;
+            let overlap =
+                touch.contact_point.overlap / (pair.thickness + work.effects.contact.grown[touch.pair]);
             deepest[0] = deepest[0].max(overlap);
             if tunnelling::has_two_sides(plan, pair) {
                 deepest[1] = deepest[1].max(overlap);

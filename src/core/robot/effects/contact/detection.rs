@@ -78,6 +78,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             touches,
             has_touched,
             stiffest,
+            grown,
             up_to,
             weights,
             polynomials,
@@ -100,6 +101,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             corners,
             poses,
             stiffest,
+            grown,
         };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.effects.contacts.pairs.iter().enumerate() {
@@ -114,14 +116,14 @@ impl<G: Turning> Sweep for Find<'_, G> {
 #[inline(always)]
 fn are_all_far<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) -> bool {
     let contacts = &plan.effects.contacts;
-    let are_far = contacts.pairs.iter().all(|pair| {
+    let are_far = contacts.pairs.iter().zip(&state.grown).all(|(pair, grown)| {
         let [Side::Rod(curves), Side::Solid(solid)] = &pair.sides else { return false };
         let Fixed { on, solid } = &contacts.solids[*solid];
         on.is_none()
             && curves.clone().all(|c| {
                 let curve = &contacts.curves[c];
                 let (centre, radius) = around_ends(plan, work, curve, stretched(plan, work, curve));
-                Placed { solid, pose: None }.distance(centre).value > radius
+                Placed { solid, pose: None }.distance(centre).value > radius + grown
             })
     });
     if are_far {
@@ -332,16 +334,16 @@ fn parts_are_near<G: Turning>(
 
 /// Marks the curves that may touch anything.
 fn mark_candidates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) {
-    let ContactState { bounds, is_near, near, centres, poses, .. } = state;
+    let ContactState { bounds, is_near, near, centres, poses, grown, .. } = state;
     is_near.fill(false);
     for &[c, o] in &*near {
         is_near[c] = true;
         is_near[o] = true;
     }
-    for pair in &plan.effects.contacts.pairs {
+    for (pair, grown) in plan.effects.contacts.pairs.iter().zip(&*grown) {
         let Side::Rod(curves) = &pair.sides[0] else { continue };
         for c in curves.clone() {
-            let (centre, radius) = bounds[c];
+            let (centre, radius) = (bounds[c].0, bounds[c].1 + grown);
             match &pair.sides[1] {
                 Side::Solid(solid) => {
                     is_near[c] |= placed(plan, poses, *solid).distance(centre).value <= radius;

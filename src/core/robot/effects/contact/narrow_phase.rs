@@ -76,6 +76,8 @@ pub(super) struct Scene<'a, G: Turning> {
     pub(super) poses: &'a [Pose],
     /// Largest stiffness of every pair.
     pub(super) stiffest: &'a [f64],
+    /// Distance by which the obstacle of every pair is larger.
+    pub(super) grown: &'a [f64],
 }
 
 /// Destination of the contact points.
@@ -94,6 +96,8 @@ enum Other<'a> {
         on: SidePlace,
         /// The centre of a ball.
         centre: Option<Vector<f64>>,
+        /// Distance by which it is larger.
+        grown: f64,
     },
     /// The curves of a rod, without neighbouring places of the same rod.
     Rod { pair: &'a Pair, first: usize, end: usize, near: &'a [[usize; 2]] },
@@ -176,17 +180,18 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// Adds the contact points of a pair.
     pub(super) fn add_points_of_pair(&self, p: usize, pair: &Pair, found: &mut Found<'_, G::Pack>) {
         let round;
+        let grown = self.grown[p];
         let other = match &pair.sides[1] {
             Side::Solid(solid) => {
                 let on = SidePlace::of(self.plan.effects.contacts.solids[*solid].on);
-                Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None }
+                Other::Solid { solid: placed(self.plan, self.poses, *solid), on, centre: None, grown }
             }
             Side::Ball(ball) => {
                 let Ball { on, radius, .. } = self.plan.effects.contacts.balls[*ball];
                 let centre = self.centres[*ball];
                 round = Solid::Ball { centre, radius };
                 let solid = Placed { solid: &round, pose: None };
-                Other::Solid { solid, on: SidePlace::of(on), centre: Some(centre) }
+                Other::Solid { solid, on: SidePlace::of(on), centre: Some(centre), grown }
             }
             Side::Rod(curves) => {
                 Other::Rod { pair, first: curves.start, end: curves.end, near: self.near.of_pair(p) }
@@ -541,7 +546,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         semi: [Vector<f64>; 2],
     ) -> Rim {
         match other {
-            Other::Solid { solid, .. } => ellipse::nearest(solid, centre, semi),
+            Other::Solid { solid, grown, .. } => {
+                let rim = ellipse::nearest(solid, centre, semi);
+                Rim { distance: rim.distance.beyond(*grown), ..rim }
+            }
             Other::Rod { .. } => {
                 ellipse::nearest_to(|place| self.distance(other, part, x, place), centre, semi)
             }
@@ -577,8 +585,8 @@ impl<'a, G: Turning> Scene<'a, G> {
     /// The part of the other surface nearest to a point, which is at this arc length of its own rod.
     fn nearest(&self, other: &Other<'_>, point: Vector<f64>, arc: Option<f64>) -> Option<Nearest> {
         match other {
-            Other::Solid { solid, on, centre } => {
-                let distance = solid.distance(point);
+            Other::Solid { solid, on, centre, grown } => {
+                let distance = solid.distance(point).beyond(*grown);
                 let is_carried = matches!(on, SidePlace::On(_)) && centre.is_none();
                 Some(Nearest { distance, on: *on, centre: *centre, radius: solid.round(), is_carried })
             }

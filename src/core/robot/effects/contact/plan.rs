@@ -190,6 +190,8 @@ pub(crate) struct Pair {
     pub(crate) power: i32,
     /// Overlap that the forces on the pair produce in the softest contacts, with which searches for equilibria begin.
     pub(crate) soft_depth: f64,
+    /// Distance by which the obstacle is larger then, metres.
+    pub(crate) growth: f64,
     /// For a rod with itself, the distance along it in metres below which sections do not touch each other.
     pub(crate) neighbourhood: f64,
     /// Coordinates that move either side, in ascending order, as ranges of consecutive ones.

@@ -49,6 +49,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) is_left: bool,
     /// Largest stiffness of every pair: infinite unless contacts are softened.
     pub(crate) stiffest: Vec<f64>,
+    /// Distance by which the obstacle of every pair is larger, metres: zero unless contacts are softened.
+    pub(crate) grown: Vec<f64>,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
     /// Whether there have been contact points since the last query.
@@ -230,6 +232,7 @@ impl<P> Default for ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             stiffest: Vec::new(),
+            grown: Vec::new(),
             touches: Vec::new(),
             has_touched: false,
             first_along: Vec::new(),
@@ -275,6 +278,7 @@ impl<P: Lanes> ContactState<P> {
             is_rigid_near: false,
             is_left: false,
             stiffest: vec![f64::INFINITY; contacts.pairs.len()],
+            grown: vec![0.0; contacts.pairs.len()],
             touches: Vec::with_capacity(contacts.capacity),
             has_touched: false,
             first_along: vec![None; packs],

@@ -38,10 +38,10 @@ const NEIGHBOURHOOD: f64 = 2.0 * PI;
 /// Sections whose half extents differ by less than this fraction are round.
 const ROUND: f64 = 1e-12;
 
-/// The softest contacts of rods with half-spaces have an overlap of `SOFT_DEPTH` times the length of the robot, not of the thickness, if the
-/// radius is below `THIN` times this length. Equilibrium of a wire on the ground, radius 1e-4 of its length: 59 tangents instead of 2469.
-const THIN: f64 = 1e-3;
-const SOFT_DEPTH: f64 = 1e-2;
+/// Rods of a smaller radius, relative to the length of the robot, have softest contacts of this part of the length: a wire with a radius of
+/// 1e-4 of its length is at rest over an edge after 160 tangents, after 2700 where its thickness is the measure
+/// (`benches/python/speed/contact_stiffness.py`).
+const THIN: f64 = 1e-2;
 
 /// Rejects contacts without a stiffness, of sections without extent, and of rods that are thicker than their bores.
 pub(crate) fn check<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
@@ -178,12 +178,14 @@ fn pair<G: Turning>(
         _ => 0.0,
     };
     let thickness = thickness(contacts, contact, &sides);
+    let [soft_depth, growth] = softest(contacts, &sides, thickness, length);
     Pair {
         contact: number,
         is_turned,
         law,
         thickness,
-        soft_depth: soft_depth(contacts, &sides, thickness, length),
+        soft_depth,
+        growth,
         power: power(contact),
         neighbourhood,
         reaches: reaches(plan, contacts, &sides),
@@ -206,16 +208,21 @@ fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Sid
     surfaces.chain(sides.iter().map(of_rod)).fold(f64::INFINITY, f64::min)
 }
 
-/// Overlap of the softest contacts of a search: the thickness, but for thin rods with half-spaces a part of the length of the robot, since
-/// the outward direction of a half-space is known at any depth.
-fn soft_depth<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: f64, length: f64) -> f64 {
+/// Softest contacts of a search: the overlap under the whole force, and the distance by which the obstacle is larger. Thin rods overlap with
+/// half-spaces, whose surface shows at any depth on which side they are, by a part of the length. Other obstacles are rounded by that part, so
+/// that distances from their edges stay smooth, and the force presses rods into an edge by a quarter of it: their middles stay outside.
+fn softest<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: f64, length: f64) -> [f64; 2] {
+    let part = THIN * length;
+    let grown = [0.5 * part, part];
     match sides {
-        [Side::Rod(_), Side::Solid(solid)]
-            if thickness < THIN * length && !contacts.solids[*solid].solid.can_be_passed() =>
-        {
-            SOFT_DEPTH * length
-        }
-        _ => thickness,
+        [Side::Rod(_), Side::Ball(_)] if thickness < part => grown,
+        [Side::Rod(_), Side::Solid(solid)] if thickness < part => match contacts.solids[*solid].solid {
+            Solid::HalfSpace { .. } => [part, 0.0],
+            // The bore of a tube and hollows of a height field would become narrower.
+            Solid::Tube(_) | Solid::HeightField(_) => [thickness, 0.0],
+            Solid::Ball { .. } | Solid::Capsule { .. } | Solid::Cuboid { .. } | Solid::ConvexMesh(_) => grown,
+        },
+        _ => [thickness, 0.0],
     }
 }
 

@@ -16,6 +16,11 @@ pub(crate) struct Distance {
 pub(crate) const SHORTEST: f64 = 1e-14;
 
 impl Distance {
+    /// Distance from the surface of a body that is larger by `grown` on all sides.
+    pub(crate) fn beyond(self, grown: f64) -> Self {
+        Self { value: self.value - grown, ..self }
+    }
+
     /// Distance from a ball whose centre is at `-way` relative to the point.
     pub(crate) fn from_centre(way: Vector<f64>, radius: f64) -> Self {
         Self::from_curve(way, radius, None)

@@ -1,0 +1,125 @@
+"""Thin wires at rest over sharp edges and boxes, from a straight start with the default stiffness."""
+
+import numpy as np
+import pytest
+
+import lissom
+
+G, DENSITY = 9.81, 1500.0
+
+
+def wire(obstacles, *, stiffness=None, young=2e11, radius=5e-4, span=None):
+    """A wire from a clamp, seven times as long as its weight bends it; `span` is where its tip is clamped."""
+    weight, bending = DENSITY * G * np.pi * radius**2, young * np.pi * radius**4 / 4
+    length = 7 * (bending / weight) ** (1 / 3)
+    segment = lissom.Segment(
+        length / 4,
+        radius,
+        young,
+        poisson_ratio=0.4,
+        density=DENSITY,
+        modes={"torsion": 2, "bend_y": 4, "bend_z": 4},
+    )
+    contacts = [
+        lissom.Contact("rod", obstacle, name=f"o{i}", stiffness=stiffness)
+        for i, obstacle in enumerate(obstacles(length))
+    ]
+    loops = [lissom.Loop(("rod",), (None, None, (span * length, 0, 0)), lissom.Weld())] if span else []
+    link = lissom.Link("rod", rod=[segment] * 4)
+    return lissom.Robot([link], contacts=contacts, loops=loops), length, bending
+
+
+def edge(height):
+    return lambda L: [lissom.Box((1.6 * L, 0, -(height + 0.15) * L), (1.35 * L, 2 * L, 0.15 * L))]
+
+
+def boxes(L):
+    return [
+        lissom.Box((x * L, 0, z * L), (0.075 * L, L, 0.1 * L)) for x, z in ((0.225, -0.2), (0.575, -0.25))
+    ]
+
+
+def bars(L):
+    return [
+        lissom.Capsule((x * L, -L, z * L), (x * L, L, z * L), 0.02 * L)
+        for x, z in ((0.3, -0.08), (0.55, -0.12))
+    ]
+
+
+def chain_over_edge(height, radius, number):
+    """Energy over B / L and the tip over L of a chain of rigid bars with springs of bending, over an edge at
+    x = L / 4 and the face behind it.
+
+    Bars are above the corner, joints above the face, by penalties that grow to 1e8 B / L^3 (Levenberg).
+    """
+    weight, h = 343.0, 1 / number
+    lower = np.tril(np.ones((number, number))) * h
+    change = np.eye(number) - np.eye(number, k=-1)
+    change[0, 0] = np.sqrt(2)
+    bending = change.T @ change / h
+    lever = weight * h * h * (number - np.arange(number) - 0.5)
+
+    def gaps(angles):
+        c, s = np.cos(angles), np.sin(angles)
+        x, z = np.cumsum(c) * h, -np.cumsum(s) * h
+        on_face = x > 0.25
+        found, rows = [z[on_face] + height - radius], [-(lower * c)[on_face]]
+        i = int(np.argmax(on_face))
+        start = np.array([x[i] - h * c[i], z[i] + h * s[i]])
+        away = np.array([0.25, -height]) - start
+        row = -(lower[i - 1] * s) * s[i] - (lower[i - 1] * c) * c[i] if i else np.zeros(number)
+        row[i] -= away[0] * c[i] - away[1] * s[i]
+        found.append([-(away[0] * s[i] + away[1] * c[i]) - radius])
+        return np.concatenate(found), np.vstack([*rows, row])
+
+    def energy(angles, k):
+        own = 0.5 * angles @ bending @ angles - lever @ np.sin(angles)
+        return own + 0.5 * k * (np.minimum(gaps(angles)[0], 0) ** 2).sum()
+
+    angles, shift = np.zeros(number), 1e-3
+    for k in np.geomspace(1e2, 1e8, 7):
+        for _ in range(300):
+            gap, rows = gaps(angles)
+            rows = rows[gap < 0]
+            gradient = bending @ angles - lever * np.cos(angles) + k * rows.T @ gap[gap < 0]
+            if np.abs(gradient).max() < 1e-9 * weight:
+                break
+            hessian = bending + np.diag(lever * np.sin(angles)) + k * rows.T @ rows
+            step = -np.linalg.solve(hessian + shift * bending, gradient)
+            is_good = np.abs(step).max() < 0.3 and energy(angles + step, k) < energy(angles, k)
+            angles, shift = (angles + step, shift / 8) if is_good else (angles, 4 * shift)
+            if shift > 1e12:
+                break
+    own = 0.5 * angles @ bending @ angles - lever @ np.sin(angles)
+    return own, np.cumsum(np.cos(angles))[-1] * h, -np.cumsum(np.sin(angles))[-1] * h
+
+
+@pytest.mark.parametrize("height", [0.03, 0.12, 0.21])
+def test_wires_over_an_edge_against_a_chain_of_bars(height):
+    robot, length, bending = wire(edge(height))
+    found = lissom.statics(robot)
+    assert found.success, found.message
+    assert found.njev <= 220
+    # The error of a chain falls with the square of the length of its bars.
+    coarse, fine = (np.array(chain_over_edge(height, 5e-4 / length, n)) for n in (40, 80))
+    energy, *tip = (4 * fine - coarse) / 3
+    np.testing.assert_allclose(robot.energy(found.q, 0 * found.q).total * length / bending, energy, rtol=1e-3)
+    np.testing.assert_allclose(robot.pose(found.q, length, link="rod")[[0, 2], 3] / length, tip, atol=1e-3)
+
+
+@pytest.mark.parametrize(("obstacles", "span"), [(boxes, 0.85), (bars, None)])
+def test_wires_over_boxes_and_bars_keep_the_shape_of_stiff_ones(obstacles, span):
+    robot, length, _ = wire(obstacles, span=span)
+    found = lissom.statics(robot)
+    assert found.success, found.message
+    assert found.njev <= 250
+    stiff, *_ = wire(obstacles, span=span, stiffness="material")
+    rigid = lissom.statics(stiff)
+    assert rigid.success, rigid.message
+    places = np.linspace(0, length, 50)
+    here, there = (robot.pose(q, places, link="rod")[:, :3, 3] for q in (found.q, rigid.q))
+    assert np.abs(here - there).max() < 1e-3 * length
+    # Without the way by soft contacts: Newton's method in the model's own contacts stays there.
+    again = lissom.statics(robot, found.q + 1e-9, method="newton")
+    assert again.success
+    np.testing.assert_allclose(again.q, found.q, atol=1e-8)
