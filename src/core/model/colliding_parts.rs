@@ -60,7 +60,10 @@ impl CollidingParts {
         let own = v.iter().zip(&self.takes_part).map(|(&v, &takes_part)| if takes_part { v } else { 0.0 });
         self.v.clear();
         self.v.extend(own);
+        // Contact has no kinetic energy, and need not be looked for.
+        model.leave_contact(true);
         let Energy { kinetic, .. } = model.energy(q, &self.v);
+        model.leave_contact(false);
         kinetic.min(whole)
     }
 

@@ -30,6 +30,9 @@ pub(crate) fn matters(separation: &Separation) -> bool {
     separation.flight > FLIGHT
 }
 
+/// After a step without memory that only its parts could make, the whole step is tried again at every so many.
+const WHOLE_AGAIN: usize = 4;
+
 /// The first of these problems that an attempted step has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Diagnosis {
@@ -103,6 +106,8 @@ impl<'a> Ends<'a> {
 pub(crate) struct Unilateral {
     /// Number of remaining steps without memory after an unresolved impact.
     pub(super) steps_without_memory: usize,
+    /// Number of the last steps without memory that were made in parts, one after the other.
+    pub(super) parts: usize,
     /// Whether surfaces touch, now and in the step that is tried.
     pub(super) touches: bool,
     pub(super) will_touch: bool,
@@ -339,6 +344,11 @@ impl Unilateral {
         Ok(())
     }
 
+    /// Whether a whole step without memory is tried before its parts.
+    pub(super) fn tries_whole(&self) -> bool {
+        self.parts.is_multiple_of(WHOLE_AGAIN)
+    }
+
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
@@ -451,6 +461,7 @@ impl Unilateral {
     /// Serialises all data that persist from step to step.
     pub(crate) fn serialise(&mut self, tape: &mut Tape<'_>) {
         tape.below(STEPS_AFTER_STOP + 1, &mut self.steps_without_memory);
+        tape.count(&mut self.parts);
         tape.flag(&mut self.touches);
         tape.flag(&mut self.resumes);
         self.impacts.serialise(tape);

@@ -69,6 +69,33 @@ def test_forces_between_rods_do_not_depend_on_rounding(fallen):
             assert_allclose(robot.inverse_dynamics(nearby, v, np.zeros(robot.n)), forces, rtol=0, atol=1e-7)
 
 
+def rolling_ball() -> lissom.Robot:
+    body = lissom.Body(1.0, inertia=(4e-3, 4e-3, 4e-3))
+    contact = lissom.Contact(lissom.Ball("ball", 0.1), FLOOR, stiffness=1e5, friction=0.3)
+    link = lissom.Link("ball", joint=lissom.Free(), body=body, position=(0, 0, 0.0999))
+    return lissom.Robot([link], contacts=[contact])
+
+
+@pytest.mark.parametrize("what", ["rods", "ball"])
+def test_forces_do_not_depend_on_what_was_evaluated_before(fallen, what):
+    # Contact points of a shape are looked for once, for all velocities in it.
+    if what == "rods":
+        robot, fresh = fallen[0], pile(4)
+        q, v = fallen[1].q[-1], fallen[1].v[-1]
+    else:
+        robot, fresh = rolling_ball(), rolling_ball()
+        q, v = np.zeros(robot.n), np.zeros(robot.n)
+    a = np.zeros(robot.n)
+    other = v + np.random.default_rng(3).uniform(-0.1, 0.1, robot.n)
+    robot.inverse_dynamics(q, v, a)
+    robot.energy(q + 1e-3, v)
+    robot.inverse_dynamics(q, v, a)
+    found = robot.inverse_dynamics(q, other, a)
+    assert len(robot.touches(q, other)) > 0
+    assert_allclose(found, fresh.inverse_dynamics(q, other, a), rtol=0, atol=0)
+    assert np.abs(found - fresh.inverse_dynamics(q, v, a)).max() > 1e-3
+
+
 def test_steps_of_a_pile_take_few_iterations(fallen):
     # 7 iterations; line searches by the size of the next increment took 20.
     robot, run = fallen

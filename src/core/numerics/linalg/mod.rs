@@ -14,6 +14,7 @@
 //! ```
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 /// Calls a function whose first argument is a size, with the smallest sizes as constants so that its loops are unrolled.
 #[doc(hidden)]
@@ -62,7 +63,7 @@ pub use tree::{Generators, TreeLu, TreeMatrix, TreePlace};
 pub type Matrix = nalgebra::DMatrix<f64>;
 
 /// Largest entries of vectors whose squares neither overflow nor underflow, with a margin for sums of many.
-const UNSCALED: std::ops::Range<f64> = 1e-140..1e140;
+const UNSCALED: Range<f64> = 1e-140..1e140;
 
 /// Euclidean norm, without overflow or underflow of squares for finite entries.
 pub fn norm(v: &[f64]) -> f64 {
@@ -91,7 +92,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// divided by: mostly it is `a` itself. `None` where `a` is not finite.
 fn moderate(a: &Matrix) -> Option<(Cow<'_, Matrix>, f64)> {
     /// Products of four entries in this range, summed, stay doubles.
-    const RANGE: std::ops::Range<f64> = 1e-70..1e70;
+    const RANGE: Range<f64> = 1e-70..1e70;
     let largest = norm_inf(a.as_slice());
     if !largest.is_finite() {
         return None;
@@ -102,6 +103,23 @@ fn moderate(a: &Matrix) -> Option<(Cow<'_, Matrix>, f64)> {
     // Below the largest powers of two, so that the reciprocal is no subnormal number.
     let scale = largest.log2().floor().clamp(-1000.0, 1000.0).exp2();
     Some((Cow::Owned(a / scale), scale))
+}
+
+/// Adds `A B^T` to the block of a matrix with these rows and columns. A and B are these rows of matrices that are stored by columns of
+/// the given length; they have the same number of columns.
+#[doc(hidden)]
+pub fn add_product(
+    matrix: &mut Matrix,
+    [rows, columns]: [Range<usize>; 2],
+    length: usize,
+    factors: [(&[f64], Range<usize>); 2],
+) {
+    let [left, right] = factors.map(|(factor, own)| {
+        let all = faer::MatRef::from_column_major_slice(factor, length, factor.len() / length.max(1));
+        all.subrows(own.start, own.len())
+    });
+    let block = view_mut(matrix).submatrix_mut(rows.start, columns.start, rows.len(), columns.len());
+    faer::linalg::matmul::matmul(block, faer::Accum::Add, left, right.transpose(), 1.0, faer::Par::Seq);
 }
 
 fn view(a: &Matrix) -> faer::MatRef<'_, f64> {

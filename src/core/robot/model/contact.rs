@@ -59,7 +59,6 @@ impl InContact for RobotModel {
     }
 
     fn leave_contact(&mut self, is_left: bool) {
-        self.cached.forget();
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.leave_contact(is_left));
     }
 
@@ -210,13 +209,12 @@ impl InImpact for RobotModel {
             return false;
         }
         let [q_after, qd_after, qdd] = motion;
-        // The end of the step is evaluated last, for later queries about contact points there. A step begins where the last one ended.
-        if !self.cached.is_of([q, qd]) {
-            self.cache_energy([q, qd]);
-        }
-        let (before, of_overlaps) = (self.cached.energy, self.cached.of_overlaps);
-        self.cache_energy([q_after, qd_after]);
-        let (after, of_overlaps) = (self.cached.energy, self.cached.of_overlaps.max(of_overlaps));
+        // A step begins where the last one ended.
+        let (before, of_overlaps) = self.noted_energy([q, qd]);
+        let (after, of_more) = self.noted_energy([q_after, qd_after]);
+        let of_overlaps = of_overlaps.max(of_more);
+        // The end of the step is evaluated last, for later queries about contact points there.
+        self.touch([q_after, qd_after]);
         let supplied =
             if self.facts.is_driven { h * self.supplied_power(q_after, qd_after, qdd) } else { 0.0 };
         let gain = after.total() - before.total() - supplied.max(0.0);
@@ -238,7 +236,7 @@ impl InImpact for RobotModel {
                     .map(|(q, qd, energy)| colliding_parts.kinetic(self, [q, qd], energy.kinetic));
                 self.colliding_parts = colliding_parts;
                 // Later queries refer to the end.
-                self.cache_energy([q_after, qd_after]);
+                self.touch([q_after, qd_after]);
                 exceeds(gain, kinetic[0].max(kinetic[1]))
             }
             GainCheck::Mechanical => gain > SMALL_GAIN * whole,
@@ -248,12 +246,8 @@ impl InImpact for RobotModel {
 
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
         let [q, qd, qdd] = motion;
-        if !self.cached.is_of(before) {
-            self.cache_energy(before);
-        }
-        let at_start = self.cached.energy;
-        self.cache_energy([q, qd]);
-        let at_end = self.cached.energy;
+        let (at_start, _) = self.noted_energy(before);
+        let (at_end, _) = self.noted_energy([q, qd]);
         let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
         let mut colliding_parts = std::mem::take(&mut self.colliding_parts);
         colliding_parts.find(self, [before, [q, qd]]);
@@ -277,6 +271,12 @@ impl InImpact for RobotModel {
 }
 
 impl RobotModel {
+    /// Evaluates a state for queries about contact points in its shape.
+    fn touch(&mut self, state: [&[f64]; 2]) {
+        let Self { sweeps, coordinates, .. } = self;
+        coordinates.all(state, |state| on_sweeps!(sweeps, sweeps => sweeps.touch(state)));
+    }
+
     /// Stores the approach velocities at the start of a step of surfaces that touch at its end; false if none touch.
     fn store_rates(&mut self, qd_before: &[f64], [q, _, qdd]: [&[f64]; 3]) -> bool {
         let Self { sweeps, coordinates, .. } = self;

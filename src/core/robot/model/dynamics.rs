@@ -106,8 +106,9 @@ impl Dynamics for RobotModel {
     }
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
-        if !q.is_empty() && self.cached.is_of([q, qd]) {
-            return self.cached.energy;
+        let has_left = on_sweeps!(&self.sweeps, sweeps => sweeps.has_left_contact());
+        if !has_left && let Some((energy, _)) = self.cached.of([q, qd]) {
+            return energy;
         }
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.energy(q, qd)))

@@ -76,8 +76,8 @@ pub struct RobotModel {
     ends: Arc<[f64]>,
     /// Whether the set of taut inextensible tendons is fixed.
     slack_is_kept: bool,
-    /// The energy at the end of the last step tested for a gain.
-    cached: CachedEnergy,
+    /// The energies at the ends of the step that is tested for a gain.
+    cached: NotedEnergies,
     /// The parts under contact forces.
     colliding_parts: CollidingParts,
 }
@@ -90,13 +90,33 @@ struct CachedEnergy {
     of_overlaps: f64,
 }
 
-impl CachedEnergy {
-    fn is_of(&self, state: [&[f64]; 2]) -> bool {
-        self.of.iter().zip(state).all(|(cached, values)| cached == values)
+/// Those of two states, the latest first.
+#[derive(Clone, Debug, Default)]
+struct NotedEnergies([CachedEnergy; 2]);
+
+impl NotedEnergies {
+    /// The energy of a state and of the overlaps in it, if they are known.
+    fn of(&self, state: [&[f64]; 2]) -> Option<(Energy, f64)> {
+        if state[0].is_empty() {
+            return None;
+        }
+        let is_it = |noted: &&CachedEnergy| noted.of.iter().zip(state).all(|(noted, values)| noted == values);
+        self.0.iter().find(is_it).map(|noted| (noted.energy, noted.of_overlaps))
+    }
+
+    /// Notes them in place of the older ones.
+    fn note(&mut self, state: [&[f64]; 2], (energy, of_overlaps): (Energy, f64)) {
+        self.0.swap(0, 1);
+        let [latest, _] = &mut self.0;
+        (latest.energy, latest.of_overlaps) = (energy, of_overlaps);
+        for (noted, values) in latest.of.iter_mut().zip(state) {
+            noted.clear();
+            noted.extend_from_slice(values);
+        }
     }
 
     fn forget(&mut self) {
-        self.of.iter_mut().for_each(Vec::clear);
+        self.0.iter_mut().flat_map(|noted| &mut noted.of).for_each(Vec::clear);
     }
 }
 
@@ -213,7 +233,7 @@ impl RobotModel {
             steps: f64::NAN,
             ends: Arc::new([]),
             slack_is_kept: false,
-            cached: CachedEnergy::default(),
+            cached: NotedEnergies::default(),
             colliding_parts: CollidingParts::default(),
         };
         model.check_inertia()?;
@@ -532,14 +552,15 @@ impl RobotModel {
         Some(robot.loops.iter().map(of_loop).collect())
     }
 
-    /// Stores the energy of a state, with the overlaps of the shape evaluated last.
-    fn cache_energy(&mut self, state: [&[f64]; 2]) {
-        self.cached.forget();
+    /// The energy of a state, and that of the overlaps in it; both are noted.
+    fn noted_energy(&mut self, state: [&[f64]; 2]) -> (Energy, f64) {
+        if let Some(known) = self.cached.of(state) {
+            return known;
+        }
         let energy = self.energy(state[0], state[1]);
         let of_overlaps = on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy());
-        self.cached.energy = energy;
-        self.cached.of_overlaps = of_overlaps;
-        self.cached.of.iter_mut().zip(state).for_each(|(cached, values)| cached.extend_from_slice(values));
+        self.cached.note(state, (energy, of_overlaps));
+        (energy, of_overlaps)
     }
 
     /// Calls with the multipliers that a motion requires; zero if they are not determined.

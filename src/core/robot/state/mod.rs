@@ -151,6 +151,7 @@ impl<G: Space> Workspace<G> {
         let n = self.motion_of.len() / 3;
         self.kinematics_of = unknown(n);
         self.motion_is_known = false;
+        self.effects.contact.forget();
     }
 }
 

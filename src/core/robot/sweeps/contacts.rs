@@ -39,7 +39,7 @@ impl<G: Turning> Sweeps<G> {
         if let Some(undecided) = self.undecided.take() {
             self.plan = undecided;
         }
-        self.work.motion_is_known = false;
+        self.forget_touches();
         if reached.is_empty() {
             return;
         }
@@ -70,10 +70,21 @@ impl<G: Turning> Sweeps<G> {
         self.work.motion_is_known = false;
     }
 
+    /// Whether contact forces are disabled.
+    pub(crate) fn has_left_contact(&self) -> bool {
+        self.work.effects.contact.is_left
+    }
+
+    /// Marks contact points, whose laws or surfaces change, and the motion as unknown.
+    fn forget_touches(&mut self) {
+        self.work.motion_is_known = false;
+        self.work.effects.contact.forget();
+    }
+
     /// Limits the stiffness of every pair, and enlarges obstacles of thin rods that became softer; `None` undoes that. Returns whether any
     /// became softer.
     pub(crate) fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool {
-        self.work.motion_is_known = false;
+        self.forget_touches();
         let ContactState { stiffest, grown, .. } = &mut self.work.effects.contact;
         let mut is_softer = false;
         for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
@@ -191,7 +202,7 @@ impl<G: Turning> Sweeps<G> {
 
     /// Leaves forces to this pair of surfaces alone, or enables all again.
     pub(crate) fn enable_only(&mut self, pair: Option<usize>) {
-        self.work.motion_is_known = false;
+        self.forget_touches();
         for (p, stiffest) in self.work.effects.contact.stiffest.iter_mut().enumerate() {
             *stiffest = if pair.is_none_or(|pair| pair == p) { f64::INFINITY } else { 0.0 };
         }
@@ -219,6 +230,13 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn fastest_impact(&mut self, motion: [&[f64]; 3]) -> Option<query::FastestImpact> {
         self.update_motion(motion);
         query::fastest_impact(&self.plan, &self.work)
+    }
+
+    /// Evaluates a state for queries about contact points in its shape.
+    pub(crate) fn touch(&mut self, [q, qd]: [&[f64]; 2]) {
+        if !self.work.motion_is_known || self.work.kinematics_of != q {
+            self.update_velocities(q, qd);
+        }
     }
 
     /// Whether surfaces touch in the state evaluated last.

@@ -99,6 +99,20 @@ pub(crate) fn visit_piece<G: Turning>(
     }
 }
 
+/// Writes `Psi = int S` up to a place and `int ad_V S` for the coordinates of a piece, from S and ad_V S at its nodes and the weights of
+/// the integral.
+#[inline(always)]
+pub(crate) fn write_columns<G: Turning>(
+    work: &Workspace<G>,
+    piece: &PiecePlan<G>,
+    weights: &[G::Pack],
+    at_nodes: &AtNodes<G>,
+    columns: &mut [[Twist<G, f64>; 2]],
+) {
+    let at = |c: usize, pack: usize| at_nodes[c * piece.packs + pack];
+    visit_piece(work, piece, weights, at, &mut |k, column| columns[k - piece.first] = column);
+}
+
 /// Adds, for the coordinates of a piece of a rod, the power of a wrench on the sum of S at the nodes with these weights.
 #[inline(always)]
 pub(crate) fn add_powers<G: Turning>(

@@ -15,6 +15,11 @@ const MAX_FULL_ITERATIONS: usize = 25;
 /// Smallest factor by which increments are shortened (NLEQ1's default for highly nonlinear problems; Nowak and Weimann 1991).
 const SHORTEST_INCREMENT: f64 = 1e-4;
 
+/// Where surfaces may touch, a solve fails after so many iterations unless increments have become shorter by this factor: shorter steps
+/// find what increments that wander do not.
+const WANDERING: usize = 10;
+const SHORTER: f64 = 0.5;
+
 /// If a step took more Jacobians than this, the last one is not kept for the next step.
 const MOST_KEPT: usize = 2;
 
@@ -55,7 +60,8 @@ impl<V: Numbers> Corrector<V> {
         let mut length = 0.0;
         let mut renew = true;
         let (mut jacobians, mut is_full) = (0, false);
-        for _ in 0..MAX_FULL_ITERATIONS {
+        let mut first = f64::INFINITY;
+        for iteration in 0..MAX_FULL_ITERATIONS {
             if renew {
                 if let Some(model) = system.model() {
                     model.follow_friction(Some(length));
@@ -75,6 +81,15 @@ impl<V: Numbers> Corrector<V> {
             let (size, moved) = (self.size_of_increment(), self.displacement());
             if !size.is_finite() {
                 return Ok(Err(Failure::NonFinite));
+            }
+            if iteration == 0 {
+                first = moved;
+            } else if iteration >= WANDERING
+                && moved > SHORTER * first
+                && !self.is_at_rest
+                && may_touch::<_, V>(system)
+            {
+                return Ok(Err(Failure::NotConverged));
             }
             self.start.copy_from_slice(&trial.a);
             self.direction.copy_from_slice(&self.increment);

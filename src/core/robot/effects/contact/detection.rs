@@ -1,7 +1,7 @@
 //! Contact detection: positions of surfaces, pairs that are close to each other, and contact points.
 
 use super::curve::{self, LONGER, expand};
-use super::narrow_phase::{Found, Near, Scene, placed};
+use super::narrow_phase::{Found, Near, Scene, motion, placed};
 use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector, VectorSpace};
 use crate::robot::effects::contact::broad_phase;
 use crate::robot::effects::contact::plan::{Body, Curve, Fixed, Pair, Side};
@@ -12,17 +12,32 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// Finds all contact points of a state whose motion is up to date.
+/// Finds all contact points of a state whose motion is up to date: in the shape in which they were found last, only their forces change.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
-    plan.instructions.run_outlined::<G::Pack, _>(Find { plan, work, state: &mut state });
+    if is_known(plan, &state, &work.kinematics_of) {
+        plan.instructions.run_outlined::<G::Pack, _>(Move { plan, work, state: &mut state });
+    } else {
+        plan.instructions.run_outlined::<G::Pack, _>(Find { plan, work, state: &mut state });
+        state.know(&work.kinematics_of);
+    }
+    state.has_touched |= !state.touches.is_empty();
     work.effects.contact = state;
+}
+
+/// Whether the contact points in memory are those of a shape. A moving base takes obstacles to other places in the frame of the plan.
+pub(crate) fn is_known<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, q: &[f64]) -> bool {
+    plan.world.motion.is_none() && state.is_known_in(q)
 }
 
 /// Computes the positions of samples of curves, balls, bodies and solids in a shape, without contact points.
 pub(crate) fn update_positions<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
     compute_positions(plan, work, &mut state);
+    // Queries of bodies see their corners in the shape of the contact points.
+    if !plan.effects.contacts.bodies.is_empty() && !state.is_known_in(&work.kinematics_of) {
+        state.forget();
+    }
     work.effects.contact = state;
 }
 
@@ -31,6 +46,9 @@ pub(crate) fn update_candidates<G: Turning>(plan: &Plan<G>, work: &mut Workspace
     let mut state = std::mem::take(&mut work.effects.contact);
     if !are_all_far(plan, work, &mut state) {
         detect(plan, work, &mut state);
+    }
+    if !state.is_known_in(&work.kinematics_of) {
+        state.forget();
     }
     work.effects.contact = state;
 }
@@ -76,7 +94,6 @@ impl<G: Turning> Sweep for Find<'_, G> {
             corners,
             poses,
             touches,
-            has_touched,
             stiffest,
             grown,
             up_to,
@@ -107,7 +124,31 @@ impl<G: Turning> Sweep for Find<'_, G> {
         for (p, pair) in plan.effects.contacts.pairs.iter().enumerate() {
             scene.add_points_of_pair(p, pair, &mut found);
         }
-        *has_touched |= !found.touches.is_empty();
+    }
+}
+
+/// Takes the contact points along with another motion of the same shape.
+struct Move<'a, G: Turning> {
+    plan: &'a Plan<G>,
+    work: &'a Workspace<G>,
+    state: &'a mut ContactState<G::Pack>,
+}
+
+impl<G: Turning> Sweep for Move<'_, G> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { plan, work, state: ContactState { touches, up_to, .. } } = self;
+        let stride = plan.effects.contacts.packs;
+        for (t, touch) in touches.iter_mut().enumerate() {
+            for s in 0..2 {
+                let weights = &up_to[(2 * t + s) * stride..][..stride];
+                touch.contact_point.motions[s] =
+                    motion(plan, work, touch.sides[s], touch.centres[s], weights);
+            }
+            touch.contact_force = touch.contact_point.contact_force();
+        }
     }
 }
 

@@ -136,9 +136,10 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
             return;
         }
         if work.effects.contact.is_left {
-            work.effects.contact.touches.clear();
+            work.effects.contact.lay_aside();
             return;
         }
+        work.effects.contact.undo_step();
         super::detection::find(plan, work);
         link(plan, &mut work.effects.contact);
         for touch in &work.effects.contact.touches {
@@ -171,8 +172,12 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         }
         super::follow::follow(&work.effects.contact.touches, &mut memory.effects.contact.followed);
         memory.effects.contact.is_known.fill(false);
-        for touch in 0..work.effects.contact.touches.len() {
-            let sweep = Stiffen { plan, work, memory: &mut memory.effects.contact, weights, matrix, touch };
+        memory.effects.contact.columns_of = [None; 2];
+        let mut first = 0;
+        for group in work.effects.contact.touches.chunk_by(|a, b| a.pair == b.pair) {
+            let touches = first..first + group.len();
+            first = touches.end;
+            let sweep = Stiffen { plan, work, memory: &mut memory.effects.contact, weights, matrix, touches };
             plan.instructions.run_outlined::<G::Pack, _>(sweep);
         }
     }
@@ -215,14 +220,14 @@ pub(crate) fn may_touch<P>(contact: &ContactState<P>) -> bool {
     contact.is_rigid_near || contact.is_near.contains(&true)
 }
 
-/// Adds the derivative of the forces of a contact point. Cost: 6 products for each entry and side that its row moves.
+/// Adds the derivative of the forces at the contact points of a pair. Cost: 6 products for each entry and side that its row moves.
 struct Stiffen<'a, G: Turning> {
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
     memory: &'a mut ContactTangent<G>,
     weights: Weights,
     matrix: &'a mut Matrix,
-    touch: usize,
+    touches: Range<usize>,
 }
 
 /// Displacement of the centre of a side per unit of a coordinate, and the change of its motion, from the twist Psi there and
@@ -249,109 +254,128 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { plan, work, memory, weights, matrix, touch: t } = self;
-        let touch = &work.effects.contact.touches[t];
-        let pair = &plan.effects.contacts.pairs[touch.pair];
-        let ContactTangent { is_known, firsts, at_nodes, moved, faster, answers, followed, rows } = memory;
-        let linearised = followed.now[t].linearised;
-        for component in moved.iter_mut().chain(&mut *faster) {
-            for rows in &pair.reaches {
-                component[rows.clone()].fill(0.0);
+        let Self { plan, work, memory, weights, matrix, touches } = self;
+        let reaches = &plan.effects.contacts.pairs[work.effects.contact.touches[touches.start].pair].reaches;
+        for t in touches {
+            write_motions(plan, work, memory, reaches, t);
+            write_answers(plan, work, memory, weights, reaches, t);
+            if memory.products.are_full() {
+                memory.products.add_to(reaches, matrix);
             }
         }
-        for (s, side_place) in touch.sides.iter().enumerate() {
-            let centre = touch.centres[s];
-            let (velocity, moved_by, reach) = match *side_place {
-                SidePlace::AtRest => continue,
-                SidePlace::On(fixture) => {
-                    let fixture = &plan.effects.contacts.fixtures[fixture];
-                    let Some(point) = fixture.point else { continue };
-                    (work.points[point].velocity, fixture.moved_by.as_slice(), None)
+        memory.products.add_to(reaches, matrix);
+    }
+}
+
+/// Writes the motions of both sides of a contact point per unit coordinate.
+#[inline(always)]
+fn write_motions<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut ContactTangent<G>,
+    reaches: &[Range<usize>],
+    t: usize,
+) {
+    let touch = &work.effects.contact.touches[t];
+    let ContactTangent { is_known, firsts, at_nodes, moved, faster, columns, columns_of, .. } = memory;
+    for component in moved.iter_mut().chain(&mut *faster) {
+        for rows in reaches {
+            component[rows.clone()].fill(0.0);
+        }
+    }
+    for (s, side_place) in touch.sides.iter().enumerate() {
+        let centre = touch.centres[s];
+        let (velocity, moved_by, reach, curve) = match *side_place {
+            SidePlace::AtRest => continue,
+            SidePlace::On(fixture) => {
+                let fixture = &plan.effects.contacts.fixtures[fixture];
+                let Some(point) = fixture.point else { continue };
+                (work.points[point].velocity, fixture.moved_by.as_slice(), None, None)
+            }
+            SidePlace::Along { curve: c, .. } => {
+                let curve = &plan.effects.contacts.curves[c];
+                let piece = &plan.pieces[curve.piece];
+                let reach = &work.effects.contact.reach(plan.effects.contacts.packs, t, s)[..piece.packs];
+                let mut velocity = Twist::zero();
+                for (&weight, &rate) in reach.iter().zip(&work.rate[piece.node_packs()]) {
+                    velocity += rate * weight;
                 }
-                SidePlace::Along { curve, .. } => {
-                    let curve = &plan.effects.contacts.curves[curve];
-                    let piece = &plan.pieces[curve.piece];
-                    let reach = &work.effects.contact.reach(plan.effects.contacts.packs, t, s)[..piece.packs];
-                    let mut velocity = Twist::zero();
-                    for (&weight, &rate) in reach.iter().zip(&work.rate[piece.node_packs()]) {
-                        velocity += rate * weight;
-                    }
-                    let velocity = work.stations[piece.joined.begin].velocity + velocity.sum();
-                    (velocity, curve.moved_by.as_slice(), Some((curve.piece, reach)))
-                }
-            };
-            for (p, weights) in moved_by {
-                let piece = &plan.pieces[*p];
+                let velocity = work.stations[piece.joined.begin].velocity + velocity.sum();
+                (velocity, curve.moved_by.as_slice(), Some((curve.piece, reach)), Some(c))
+            }
+        };
+        // What is beyond its own piece is the same at all places of a curve.
+        let is_same_curve = curve.is_some() && columns_of[s] == curve;
+        columns_of[s] = curve;
+        for (p, weights) in moved_by {
+            let piece = &plan.pieces[*p];
+            let columns = &mut columns[s][piece.coordinates()];
+            let own = reach.filter(|(own, _)| own == p);
+            if own.is_some() || !is_same_curve {
                 let at_nodes = &mut at_nodes[firsts[*p]..firsts[*p + 1]];
                 if !std::mem::replace(&mut is_known[*p], true) {
                     columns::write_at_nodes(piece, work, at_nodes);
                 }
-                let weights = reach.filter(|(own, _)| own == p).map_or(&weights[..], |(_, reach)| reach);
-                let at = |c: usize, pack: usize| at_nodes[c * piece.packs + pack];
-                columns::visit_piece(work, piece, weights, at, &mut |k, column| {
-                    let [displacement, change] = changes(plan, centre, velocity, column);
-                    for (motions, motion) in [(&mut *moved, displacement), (&mut *faster, change)] {
-                        for (component, x) in motions[6 * s..][..6].iter_mut().zip(six(motion)) {
-                            component[k] = x;
-                        }
-                    }
-                });
+                let weights = own.map_or(&weights[..], |(_, reach)| reach);
+                columns::write_columns(work, piece, weights, at_nodes, columns);
             }
-        }
-        let sliding = sliding::find(plan, work, touch, linearised, rows);
-        let contact_point = sliding.as_ref().map_or(&touch.contact_point, |sliding| &sliding.contact_point);
-        if let Some(sliding) = &sliding {
-            sliding.write(&pair.reaches, weights.q, moved, &mut rows.slides);
-        }
-        for reach in &pair.reaches {
-            // The last pack may contain coordinates behind the range: their results are not used, or computed later.
-            for first in reach.clone().step_by(LANES) {
-                let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
-                let mut answered = answer(touch, contact_point, linearised, weights, motions);
-                if let Some(sliding) = &sliding {
-                    sliding.add_answers(pack(&rows.slides, first), &mut answered);
-                }
-                for (s, &motion) in answered.iter().enumerate() {
-                    for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
-                        for lane in 0..LANES {
-                            component[first + lane] = x.lane(lane);
-                        }
+            for (k, column) in piece.coordinates().zip(columns) {
+                let [displacement, change] = changes(plan, centre, velocity, *column);
+                for (motions, motion) in [(&mut *moved, displacement), (&mut *faster, change)] {
+                    for (component, x) in motions[6 * s..][..6].iter_mut().zip(six(motion)) {
+                        component[k] = x;
                     }
                 }
-            }
-        }
-        let n = plan.n;
-        add_forces::<G>(n, &pair.reaches, moved, answers, matrix);
-        if let Some(sliding) = &sliding {
-            for k in pair.reaches.iter().cloned().flatten() {
-                sliding.add_shares(rows, k, &mut matrix.as_mut_slice()[k * n..]);
             }
         }
     }
 }
 
-/// Adds the generalised forces of the changed wrenches of both sides, for coordinates in these ranges.
+/// Writes the changes of the wrenches of both sides for these motions, and notes the products with them.
 #[inline(always)]
-fn add_forces<G: Turning>(
-    n: usize,
+fn write_answers<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    memory: &mut ContactTangent<G>,
+    weights: Weights,
     reaches: &[Range<usize>],
-    moved: &[Vec<f64>; 12],
-    answers: &[Vec<f64>; 12],
-    matrix: &mut Matrix,
+    t: usize,
 ) {
-    for rows in reaches {
-        for (s, components) in moved.as_chunks::<6>().0.iter().enumerate() {
-            let components = components.each_ref().map(|component| &component[rows.clone()]);
-            // Coordinates that move only the other side, and the world, have no entries here.
-            if components.iter().all(|component| component.iter().all(|x| *x == 0.0)) {
-                continue;
+    let touch = &work.effects.contact.touches[t];
+    let ContactTangent { moved, faster, answers, followed, rows, products, .. } = memory;
+    let linearised = followed.now[t].linearised;
+    let sliding = sliding::find(plan, work, touch, linearised, rows);
+    let contact_point = sliding.as_ref().map_or(&touch.contact_point, |sliding| &sliding.contact_point);
+    if let Some(sliding) = &sliding {
+        sliding.write(reaches, weights.q, moved, &mut rows.slides);
+    }
+    for reach in reaches {
+        // The last pack may contain coordinates behind the range: their results are not used, or computed later.
+        for first in reach.clone().step_by(LANES) {
+            let motions = [motions::<G::Pack>(moved, first), motions(faster, first)];
+            let mut answered = answer(touch, contact_point, linearised, weights, motions);
+            if let Some(sliding) = &sliding {
+                sliding.add_answers(pack(&rows.slides, first), &mut answered);
             }
-            let answers = &answers.as_chunks::<6>().0[s];
-            for k in reaches.iter().cloned().flatten() {
-                let entries = &mut matrix.as_mut_slice()[k * n..][rows.clone()];
-                add_products::<G::Pack>(entries, components, answers.each_ref().map(|answer| answer[k]));
+            for (s, &motion) in answered.iter().enumerate() {
+                for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
+                    for lane in 0..LANES {
+                        component[first + lane] = x.lane(lane);
+                    }
+                }
             }
         }
+    }
+    for (s, side_place) in touch.sides.iter().enumerate() {
+        if *side_place != SidePlace::AtRest {
+            for (moved, answer) in moved[6 * s..][..6].iter().zip(&answers[6 * s..]) {
+                products.push(s, reaches, moved, answer);
+            }
+        }
+    }
+    if sliding.is_some() {
+        // The changing shares of the nodes of the second side.
+        products.push(1, reaches, &rows.shares, &rows.slides);
     }
 }
 
@@ -414,25 +438,4 @@ fn answered<T: Scalar>([moment, force]: Motion<T>, wrench: Motion, turn: Vector<
 #[inline(always)]
 fn six<T: Scalar>([angular, linear]: Motion<T>) -> [T; 6] {
     [angular.x, angular.y, angular.z, linear.x, linear.y, linear.z]
-}
-
-/// Adds to each entry the products of the factors with its row: those of the rotation, then those of the displacement.
-#[inline(always)]
-fn add_products<P: Lanes>(entries: &mut [f64], of: [&[f64]; 6], factors: [f64; 6]) {
-    let (packs, rest) = entries.as_chunks_mut::<LANES>();
-    for (i, pack) in packs.iter_mut().enumerate() {
-        let mut sum = P::from_lanes(*pack);
-        for (of, factor) in of.iter().zip(factors) {
-            sum = P::from_lanes(of.as_chunks().0[i]).mul_add(P::splat(factor), sum);
-        }
-        for (lane, entry) in pack.iter_mut().enumerate() {
-            *entry = sum.lane(lane);
-        }
-    }
-    let first = packs.len() * LANES;
-    for (i, entry) in rest.iter_mut().enumerate() {
-        for (of, factor) in of.iter().zip(factors) {
-            *entry += of[first + i] * factor;
-        }
-    }
 }

@@ -22,6 +22,7 @@ pub(crate) mod intervals;
 mod narrow_phase;
 pub mod obstacles;
 pub(crate) mod plan;
+pub(crate) mod products;
 pub(crate) mod query;
 pub(crate) mod shapes;
 mod sliding;

@@ -157,6 +157,35 @@ fn nearest_at(curve: usize, part: &Part<'_>, x: f64, point: Vector<f64>) -> Near
     Nearest { distance, on, centre: None, radius, is_carried: false }
 }
 
+/// Angular velocity and velocity of a side of a contact point, with the integration weights of its nodes up to there.
+#[inline(always)]
+pub(super) fn motion<G: Turning>(
+    plan: &Plan<G>,
+    work: &Workspace<G>,
+    on: SidePlace,
+    centre: Vector<f64>,
+    weights: &[G::Pack],
+) -> [Vector<f64>; 2] {
+    let twist = match on {
+        SidePlace::Along { curve, .. } => {
+            let piece = &plan.pieces[plan.effects.contacts.curves[curve].piece];
+            let mut change = Twist::zero();
+            for (&weight, &rate) in weights[..piece.packs].iter().zip(&work.rate[piece.node_packs()]) {
+                change += rate * weight;
+            }
+            work.stations[piece.joined.begin].velocity + change.sum()
+        }
+        SidePlace::On(fixture) => match plan.effects.contacts.fixtures[fixture].point {
+            Some(point) => work.points[point].velocity,
+            // The world moves with minus the velocity of the frame.
+            None => Twist { angular: VectorSpace::zero(), linear: -work.surroundings.velocity },
+        },
+        SidePlace::AtRest => return [Vector::zero(); 2],
+    };
+    let angular = G::axial_in_space(plan.frame, twist.angular);
+    [angular, G::in_space(plan.frame, twist.linear) + angular.cross(centre)]
+}
+
 /// Length of the smaller of two semi-axes.
 fn smaller(semi_axes: [Vector<f64>; 2]) -> f64 {
     semi_axes.map(|axis| axis.dot(axis)).into_iter().fold(f64::INFINITY, f64::min).sqrt()
@@ -697,36 +726,6 @@ impl<'a, G: Turning> Scene<'a, G> {
         G::in_space(self.plan.frame, begin + way)
     }
 
-    /// Angular velocity and velocity of a side, whose weights of nodes are in the memory of the next contact point.
-    fn motion(
-        &self,
-        on: SidePlace,
-        centre: Vector<f64>,
-        found: &Found<'_, G::Pack>,
-        side: usize,
-    ) -> [Vector<f64>; 2] {
-        let twist = match on {
-            SidePlace::Along { curve, .. } => {
-                let piece = &self.plan.pieces[self.plan.effects.contacts.curves[curve].piece];
-                let stride = self.plan.effects.contacts.packs;
-                let own = &found.up_to[(2 * found.touches.len() + side) * stride..][..piece.packs];
-                let mut change = Twist::zero();
-                for (&weight, &rate) in own.iter().zip(&self.work.rate[piece.node_packs()]) {
-                    change += rate * weight;
-                }
-                self.work.stations[piece.joined.begin].velocity + change.sum()
-            }
-            SidePlace::On(fixture) => match self.plan.effects.contacts.fixtures[fixture].point {
-                Some(point) => self.work.points[point].velocity,
-                // The world moves with minus the velocity of the frame.
-                None => Twist { angular: VectorSpace::zero(), linear: -self.work.surroundings.velocity },
-            },
-            SidePlace::AtRest => return [Vector::zero(); 2],
-        };
-        let angular = G::axial_in_space(self.plan.frame, twist.angular);
-        [angular, G::in_space(self.plan.frame, twist.linear) + angular.cross(centre)]
-    }
-
     /// Adds a contact point if the surfaces overlap; the weights of its first side are in the memory of the next contact point.
     fn add_contact_point(
         &self,
@@ -753,7 +752,12 @@ impl<'a, G: Turning> Scene<'a, G> {
             (SidePlace::On(_), None) => centre,
         };
         let centres = [centre, of_other];
-        let motions = [0, 1].map(|s| self.motion(sides[s], centres[s], found, s));
+        let stride = self.plan.effects.contacts.packs;
+        let up_to = &found.up_to[2 * found.touches.len() * stride..][..2 * stride];
+        let motions = [0, 1].map(|s| {
+            let weights = &up_to[s * stride..][..stride];
+            motion(self.plan, self.work, sides[s], centres[s], weights)
+        });
         // Contacts of a rod with itself are found twice, from both sides.
         let weight = if pair.neighbourhood > 0.0 { 0.5 * weight } else { weight };
         let Distance { normal, curvature, .. } = nearest.distance;

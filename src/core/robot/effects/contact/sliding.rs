@@ -29,8 +29,6 @@ pub(super) struct Sliding {
     slide: Slide,
     /// Changes of the required wrenches of both sides per unit of dxi.
     answers: [Motion; 2],
-    /// Coordinates of its piece.
-    own: Range<usize>,
 }
 
 /// Computes it; `None` without a second rod, or at its end. Writes the row of shares per unit of dxi, and the part of dxi due to
@@ -66,9 +64,11 @@ pub(super) fn find<G: Turning>(
     for (pack, lanes) in at.iter_mut().zip(weights.chunks_exact(LANES)) {
         *pack = G::Pack::from_lanes(std::array::from_fn(|lane| lanes[lane] * curve.length));
     }
-    shares[piece.coordinates()].fill(0.0);
+    for reach in &plan.effects.contacts.pairs[touch.pair].reaches {
+        shares[reach.clone()].fill(0.0);
+        slides[reach.clone()].fill(0.0);
+    }
     columns::add_powers(work, piece, at, touch.needs::<G>(plan.frame)[1], shares);
-    slides.fill(0.0);
     let of_slope = Wrench {
         moment: G::axial_of(plan.frame, centre.cross(slide.of_slope)),
         force: G::vector_of(plan.frame, slide.of_slope),
@@ -91,7 +91,7 @@ pub(super) fn find<G: Turning>(
     let [[moment, force], [other_moment, other_force]] = change;
     let [_, [_, pressed]] = contact_point.wrenches(&touch.contact_force);
     let answers = [[-moment, -force], [-(other_moment + along.cross(pressed)), -other_force]];
-    Some(Sliding { contact_point, slide, answers, own: piece.coordinates() })
+    Some(Sliding { contact_point, slide, answers })
 }
 
 impl Sliding {
@@ -123,15 +123,6 @@ impl Sliding {
     pub(super) fn add_answers<P: Lanes>(&self, slide: P, answered: &mut [Motion<P>; 2]) {
         for (answered, answers) in answered.as_flattened_mut().iter_mut().zip(self.answers.as_flattened()) {
             *answered += Vector::all(*answers) * slide;
-        }
-    }
-
-    /// Adds the effect of changing shares of nodes with a coordinate to its column of the tangent.
-    #[inline(always)]
-    pub(super) fn add_shares<P>(&self, rows: &Rows<P>, coordinate: usize, column: &mut [f64]) {
-        let slide = rows.slides[coordinate];
-        for (entry, share) in column[self.own.clone()].iter_mut().zip(&rows.shares[self.own.clone()]) {
-            *entry += share * slide;
         }
     }
 }

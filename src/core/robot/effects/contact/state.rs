@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector, Wrench};
 use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
+use crate::robot::effects::contact::products::Products;
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
 use crate::robot::effects::contact::shapes::touch::{ContactForce, ContactPoint};
@@ -47,6 +48,10 @@ pub(crate) struct ContactState<P> {
     pub(crate) cached: Cached,
     /// Whether contact forces are disabled.
     pub(crate) is_left: bool,
+    /// Coordinates of the shape of `touches`, or of `laid_aside` while forces are disabled, if these are known.
+    touches_of: Vec<f64>,
+    touches_are_known: bool,
+    laid_aside: Option<Vec<Touch>>,
     /// Largest stiffness of every pair: infinite unless contacts are softened.
     pub(crate) stiffest: Vec<f64>,
     /// Distance by which the obstacle of every pair is larger, metres: zero unless contacts are softened.
@@ -231,6 +236,9 @@ impl<P> Default for ContactState<P> {
             cached: Cached::default(),
             is_rigid_near: false,
             is_left: false,
+            touches_of: Vec::new(),
+            touches_are_known: false,
+            laid_aside: None,
             stiffest: Vec::new(),
             grown: Vec::new(),
             touches: Vec::new(),
@@ -243,6 +251,39 @@ impl<P> Default for ContactState<P> {
             up_to: Vec::new(),
             weights: Vec::new(),
             polynomials: Vec::new(),
+        }
+    }
+}
+
+impl<P> ContactState<P> {
+    /// Whether the contact points are those of this shape. Only their forces depend on velocities.
+    pub(crate) fn is_known_in(&self, q: &[f64]) -> bool {
+        self.touches_are_known && self.touches_of == q
+    }
+
+    /// Marks the contact points as those of a shape.
+    pub(super) fn know(&mut self, q: &[f64]) {
+        self.touches_of.clear();
+        self.touches_of.extend_from_slice(q);
+        self.touches_are_known = true;
+    }
+
+    /// Marks the contact points as those of no shape.
+    pub(crate) fn forget(&mut self) {
+        self.touches_are_known = false;
+    }
+
+    /// Lays the contact points aside while forces are disabled.
+    pub(super) fn lay_aside(&mut self) {
+        if self.laid_aside.is_none() {
+            self.laid_aside = Some(std::mem::take(&mut self.touches));
+        }
+    }
+
+    /// Takes them back.
+    pub(super) fn undo_step(&mut self) {
+        if let Some(touches) = self.laid_aside.take() {
+            self.touches = touches;
         }
     }
 }
@@ -277,6 +318,9 @@ impl<P: Lanes> ContactState<P> {
             cached: Cached::default(),
             is_rigid_near: false,
             is_left: false,
+            touches_of: Vec::new(),
+            touches_are_known: false,
+            laid_aside: None,
             stiffest: vec![f64::INFINITY; contacts.pairs.len()],
             grown: vec![0.0; contacts.pairs.len()],
             touches: Vec::with_capacity(contacts.capacity),
@@ -314,6 +358,11 @@ pub(crate) struct ContactTangent<G: Geometry> {
     pub(crate) answers: [Vec<f64>; 12],
     pub(crate) followed: Followed,
     pub(crate) rows: Rows<G::Pack>,
+    /// For both sides, `int S` and `int ad_V S` up to the place of every coordinate, and the curve whose coordinates beyond its own
+    /// piece they hold.
+    pub(crate) columns: [Vec<[Twist<G, f64>; 2]>; 2],
+    pub(crate) columns_of: [Option<usize>; 2],
+    pub(crate) products: Products,
 }
 
 /// Memory for the motion of nearest places along rods (see `sliding`): rows with an entry for each coordinate, like those above.
@@ -386,6 +435,9 @@ impl<G: Space> ContactTangent<G> {
                 weights: vec![0.0; nodes],
                 polynomials: vec![0.0; nodes + 1],
             },
+            columns: [(); 2].map(|()| vec![[Twist::zero(); 2]; if has_contact { n } else { 0 }]),
+            columns_of: [None; 2],
+            products: Products::new(contacts),
         }
     }
 }

@@ -47,6 +47,15 @@ struct Relative<G: Geometry, T: Scalar> {
     speeds: [T; 2],
 }
 
+/// Motion relative to the fluid, with the momentum of the added mass.
+struct Moving<'a, G: Geometry, T: Scalar> {
+    mass: T,
+    drag: &'a Drag<T>,
+    twist: Twist<G, T>,
+    momentum: Wrench<G, T>,
+    relative: Relative<G, T>,
+}
+
 impl<T: Scalar> Drag<T> {
     fn weighted(&self, weight: T) -> Self {
         Self { viscous: self.viscous.map(|c| c * weight), quadratic: self.quadratic.map(|c| c * weight) }
@@ -157,26 +166,35 @@ impl<G: Geometry, T: Scalar> Stream<G, T> {
         velocity: Twist<G, T>,
     ) -> Response<G, T> {
         let current = self.current();
-        let relative_twist = velocity - current;
-        let momentum = self.added_momentum(mass, relative_twist);
-        let relative = self.relative(velocity);
-        // For changes of V_r, and of A_k + ad_V U.
-        let change = |motion: Twist<G, T>, felt: Twist<G, T>| {
-            let added = self.added_momentum(mass, felt)
-                - motion.bracket_transposed(momentum)
-                - relative_twist.bracket_transposed(self.added_momentum(mass, motion));
-            added + self.at_section(drag.change(self, &relative, self.velocity(motion)))
+        let relative = velocity - current;
+        let moving = Moving {
+            mass,
+            drag,
+            twist: relative,
+            momentum: self.added_momentum(mass, relative),
+            relative: self.relative(velocity),
         };
         Response {
             stiffness: Linear::of(|displacement| {
                 let turn: G::Axial<T> = displacement.angular;
                 let turned = |v: G::Vector<T>| Self::translation(turn.cross(v));
                 let motion = turned(self.current);
-                change(motion, -turned(gravity) - velocity.bracket(motion))
+                self.change(&moving, motion, -turned(gravity) - velocity.bracket(motion))
             }),
-            damping: Linear::of(|y| change(y, -(velocity + current).bracket(y))),
+            damping: Linear::of(|y| self.change(&moving, y, -(velocity + current).bracket(y))),
             inertia: self.inertia(mass),
         }
+    }
+
+    /// Change of the required wrench for changes of V_r, and of A_k + ad_V U. (As a closure it stays a call, without the instructions of
+    /// the sweep.)
+    #[inline(always)]
+    fn change(&self, moving: &Moving<'_, G, T>, motion: Twist<G, T>, felt: Twist<G, T>) -> Wrench<G, T> {
+        let &Moving { mass, drag, twist, momentum, ref relative } = moving;
+        let added = self.added_momentum(mass, felt)
+            - motion.bracket_transposed(momentum)
+            - twist.bracket_transposed(self.added_momentum(mass, motion));
+        added + self.at_section(drag.change(self, relative, self.velocity(motion)))
     }
 
     #[inline(always)]
