@@ -51,6 +51,12 @@ impl Vibration {
         if by.is_nan() { f64::INFINITY } else { by }
     }
 
+    /// Elastic stiffness against the vibration with a modal mass of one, in 1/s^2.
+    pub(crate) fn elastic(&self, stiffness: &Matrix) -> f64 {
+        let forces = stiffness.column_iter().map(|column| dot(column.as_slice(), &self.shape));
+        forces.zip(&self.shape).map(|(force, x)| force * x).sum()
+    }
+
     /// Returns to rest without oscillation.
     pub(crate) fn is_overdamped(&self) -> bool {
         0.5 * self.damping.abs() > self.frequency

@@ -69,8 +69,10 @@ pub struct Facts {
     pub varies_in_time: bool,
     /// Interval of time, in seconds, on which the model is defined; outside, its time-dependent parts are NaN.
     pub time_span: [f64; 2],
-    /// Shortest period of the excitation, in seconds.
+    /// Shortest period of the excitation, in seconds, apart from functions.
     pub shortest_period: f64,
+    /// Whether functions of which only values are known may be part of the excitation.
+    pub has_functions: bool,
     /// The default value of each input u.
     pub default_inputs: Vec<f64>,
     /// Number of forces of the springs to the world.
@@ -118,6 +120,7 @@ impl Facts {
             varies_in_time: false,
             time_span: [f64::NEG_INFINITY, f64::INFINITY],
             shortest_period: f64::INFINITY,
+            has_functions: true,
             default_inputs: Vec::new(),
             springs: 0,
             cords: 0,

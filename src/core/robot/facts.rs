@@ -52,6 +52,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         varies_in_time: vary_coordinates || plan.varies_in_time,
         time_span: robot.time_span(),
         shortest_period: robot.shortest_period(),
+        has_functions: robot.has_functions(),
         default_inputs: robot.inputs().defaults().to_vec(),
         // Moment and force of every support, in the axes of the base.
         springs: 6 * robot.supports.len(),

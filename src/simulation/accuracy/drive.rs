@@ -10,8 +10,9 @@ use crate::model::Model;
 /// Minimum number of samples of the excitation over the whole time.
 const SAMPLES: f64 = 500.0;
 
-/// The same where the features of the excitation are known.
+/// Minimum number where the features of the excitation are known, in all and within its shortest period.
 const FEW_SAMPLES: f64 = 100.0;
+const LOOKS_OF_A_PERIOD: f64 = 8.0;
 
 /// Minimum number of samples of each part between known features of the excitation.
 const SAMPLES_OF_A_PART: f64 = 4.0;
@@ -35,8 +36,8 @@ pub(super) struct Drive {
 impl Drive {
     /// Excitation of a model in the state `q0` over `t_span`. Changes that move the tip by less than
     /// `visible`, relative to the length, do not limit steps. `monitor` is called regularly with the start
-    /// time and may stop the search. With `finds`, the features of the excitation are found; otherwise steps end at all jumps already, and
-    /// fewer samples suffice for the amplitudes.
+    /// time and may stop the search. With `finds`, the features of the excitation by functions are found; otherwise steps end at all jumps
+    /// already, and fewer samples suffice for the amplitudes.
     pub(super) fn new<M: Model>(
         model: &mut M,
         t_span: (f64, f64),
@@ -47,7 +48,10 @@ impl Drive {
     ) -> Result<Self, Interrupted> {
         let (t0, t_end) = t_span;
         let modes = &spectrum.modes;
-        let between_looks = (t_end - t0) / if finds { SAMPLES } else { FEW_SAMPLES };
+        let finds = finds && model.facts().has_functions;
+        let of_periods = LOOKS_OF_A_PERIOD * (t_end - t0) / model.facts().shortest_period;
+        let looks = if finds { SAMPLES } else { of_periods.clamp(FEW_SAMPLES, SAMPLES) };
+        let between_looks = (t_end - t0) / looks;
         let weights: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0) / visible).collect();
         let mut forces = Forces::new(q0, growing);
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();

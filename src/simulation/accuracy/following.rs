@@ -14,6 +14,7 @@ use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
 use crate::model::{ForwardScratch, Model};
+use crate::numerics::linalg::Matrix;
 
 /// Changes of the excitation that move the tip by less than this fraction of what was asked need not be resolved.
 const VISIBLE: f64 = 0.15;
@@ -41,6 +42,8 @@ struct Followed {
     radians: f64,
     /// Radians of the whole motion.
     angle: f64,
+    /// Elastic part of the stiffness: what moves against weight or by inertia is not late if elastic stiffnesses are wrong.
+    held: f64,
 }
 
 /// A state is near an equilibrium if all of its vibrations together move the tip by less than this part of the length.
@@ -182,6 +185,8 @@ impl Following {
     ) -> bool {
         let oscillates =
             |(mode, size): &(&Vibration, &f64)| mode.frequency > 0.0 && **size > 0.0 && !mode.is_overdamped();
+        let mut elastic = Matrix::zeros(q.len(), q.len());
+        model.elastic_tangent(q, &mut elastic);
         let followed = spectrum.modes.iter().zip(sizes).filter(oscillates).map(|(mode, &size)| {
             let reach = (mode.reach(model, q, size) / model.facts().length).min(FARTHEST);
             let life = 2.0 / (E * mode.damping.abs());
@@ -190,6 +195,7 @@ impl Following {
                 reach,
                 radians: (mode.frequency * duration.min(life)).max(1.0),
                 angle: mode.frequency * duration,
+                held: mode.elastic(&elastic) / mode.frequency.powi(2),
             }
         });
         let followed: Vec<Followed> = followed.collect();
@@ -220,11 +226,29 @@ impl Following {
         self.growing().map(|growth| growth.error_of_steps(integrator, step)).fold(of_vibrations, f64::max)
     }
 
-    /// Error of the tip, relative to the length, if all frequencies have this relative error.
-    pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
+    /// Error of the tip, relative to the length, if the elastic part of the frequency of the largest vibration has this relative error, and
+    /// the others are lost.
+    pub(super) fn late_at_most(&self, relative: f64) -> f64 {
+        let largest = |vibrations: &Vec<Followed>| {
+            vibrations.iter().map(|vibration| vibration.reach).fold(0.0, f64::max)
+        };
+        let all =
+            |vibrations: &Vec<Followed>| vibrations.iter().map(|vibration| vibration.reach).sum::<f64>();
+        let others = self.vibrations.iter().map(|vibrations| all(vibrations) - largest(vibrations));
+        self.error_of_frequencies(relative, &[]) + others.fold(0.0, f64::max)
+    }
+
+    /// Error of the tip, relative to the length, if the elastic parts of all frequencies have this relative error, and vibrations with one of
+    /// some `known` frequencies at least that which belongs to it.
+    pub(super) fn error_of_frequencies(&self, relative: f64, known: &[(f64, f64)]) -> f64 {
+        let error_of = |frequency: f64| {
+            let away = |(of, _): &&(f64, f64)| (of / frequency).ln().abs();
+            known.iter().min_by(|a, b| away(a).total_cmp(&away(b))).map_or(0.0, |(_, error)| *error)
+        };
         // Within less than a radian, the effect of a wrong frequency is of second order in the angle.
         let part = |vibration: &Followed| {
             let seen = vibration.angle.min(1.0).powi(2);
+            let relative = (vibration.held * relative).max(error_of(vibration.frequency));
             vibration.reach * (vibration.radians * seen * relative).min(1.0)
         };
         let of_vibrations =
@@ -310,7 +334,7 @@ mod tests {
     /// One vibration of this frequency that lasts for a second.
     fn following(frequency: f64, reach: f64) -> Following {
         let radians = frequency.max(1.0);
-        let vibration = Followed { frequency, reach, radians, angle: frequency };
+        let vibration = Followed { frequency, reach, radians, angle: frequency, held: 1.0 };
         Following { vibrations: vec![vec![vibration]], wanted: 1e-3, loosest: 1.5e-3, ..Following::nothing() }
     }
 
@@ -324,7 +348,7 @@ mod tests {
                     (((1.0 + relative) * angle).cos() - angle.cos()).abs()
                 });
                 let exact = apart.fold(0.0, f64::max);
-                let estimated = following(frequency, 0.1).error_of_frequencies(relative);
+                let estimated = following(frequency, 0.1).error_of_frequencies(relative, &[]);
                 // Up to terms of second order in the relative change, and half the difference after the phase is lost.
                 assert!(
                     estimated >= 0.1 * exact.min(1.0) / (1.0 + relative),
@@ -337,7 +361,15 @@ mod tests {
     #[test]
     fn what_hardly_turns_is_not_late() {
         // A free body, whose frequencies are rounding.
-        assert!(following(1e-6, FARTHEST).error_of_frequencies(0.5) < 1e-11);
+        assert!(following(1e-6, FARTHEST).error_of_frequencies(0.5, &[]) < 1e-11);
+    }
+
+    #[test]
+    fn a_vibration_is_as_late_as_its_own_frequency_is_wrong() {
+        let errors = [(3.0, 1e-6), (40.0, 1e-3)];
+        let of = |frequency: f64| following(frequency, 0.1).error_of_frequencies(1e-5, &errors);
+        assert!((of(3.0) / (0.1 * 3.0 * 1e-5) - 1.0).abs() < 1e-9);
+        assert!((of(41.0) / (0.1 * 41.0 * 1e-3) - 1.0).abs() < 1e-9);
     }
 
     #[test]

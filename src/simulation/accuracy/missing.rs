@@ -5,6 +5,7 @@
 //! matter, and which fraction of the missing displacement a model with only two more modes per strain
 //! captures. Kinks, point loads and springs near an end act on much higher modes than the next ones.
 
+use super::linear::Linear;
 use super::paths::{largest, size};
 use crate::analysis::refined::{all_places, embed, places_of_modes};
 use crate::model::constraint::one_sided;
@@ -47,6 +48,9 @@ const SINGULAR: f64 = 1e-9;
 /// (`benches/python/accuracy/honesty.py --space`).
 pub(super) const SAFETY: f64 = 2.0;
 
+/// A bound below this part of what was asked needs no better one.
+const CLEARLY: f64 = 0.5;
+
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
 
@@ -54,6 +58,8 @@ const FARTHEST: f64 = 2.0;
 pub(super) struct Finer {
     modes: Vec<usize>,
     pub(super) estimate: Estimate,
+    /// Frequencies of the vibrations about the start, in rad/s, with the relative errors that the finer model shows; empty if unknown.
+    pub(super) frequencies: Vec<(f64, f64)>,
     /// Indices of the coarse model's coordinates in the finer model.
     places: Vec<usize>,
 }
@@ -82,6 +88,12 @@ pub(super) struct Estimate {
     /// Ratio of elastic energies of variation: that of the missing displacements without fast strains, over that of the motion. It is
     /// twice the relative error of frequencies (Rayleigh's quotient).
     pub(super) energy: f64,
+    /// Upper bound that is clearly smaller than what was asked, in which all vibrations but the largest one are lost.
+    pub(super) at_most: Option<f64>,
+    /// Difference of the linear responses of the coarse and of the finer model.
+    linear: f64,
+    /// Whether the motion is that of the linear response.
+    is_linear: bool,
     /// False if the displacements were not found.
     is_known: bool,
 }
@@ -90,8 +102,14 @@ impl Estimate {
     /// Upper bound of the space error of the coarse model from the static displacements and from `late`, the displacement of the tip by
     /// wrong frequencies. `None` if the forces are unknown.
     pub(super) fn bound(self, late: f64) -> Option<f64> {
-        let error = SAFETY * (self.finds + self.leaves + late) + STEP_LOAD_OVERSHOOT * self.fast;
+        let error =
+            SAFETY * (self.finds.max(self.linear) + self.leaves + late) + STEP_LOAD_OVERSHOOT * self.fast;
         (self.is_known && error.is_finite()).then_some(error)
+    }
+
+    /// Space error of a motion that is almost linear; `None` for others.
+    pub(super) fn of_linear(self) -> Option<f64> {
+        self.bound(0.0).filter(|_| self.is_linear)
     }
 
     /// Space error of the coarse model whose tip differs from that of the finer model by `apart`. The effect
@@ -104,13 +122,15 @@ impl Estimate {
     }
 }
 
-/// A finer model for comparison with `coarse`, given its motion, whose steps resolved frequencies up to
+/// A finer model for comparison with `coarse`, given its motion from `q0`, `v0` and the measured places on it, whose steps resolved frequencies up to
 /// `resolved` rad/s. An error is the reason why there is none; `None` for models that are not discretised.
+/// `late_at_most` is the error of the tip by a relative error of the frequency of the largest vibration, without all others.
 pub(super) fn finer<M: Model + Clone>(
     coarse: &M,
-    motion: &Simulation,
-    resolved: f64,
-    tolerance: f64,
+    (motion, tips): (&Simulation, &[[f64; 3]]),
+    [q0, v0]: [&[f64]; 2],
+    late_at_most: &dyn Fn(f64) -> f64,
+    [resolved, tolerance]: [f64; 2],
 ) -> Result<Option<Finer>, &'static str> {
     let Some(modes) = coarse.modes() else {
         let why = "its bases are made of pieces, to which no modes can be added";
@@ -120,14 +140,15 @@ pub(super) fn finer<M: Model + Clone>(
         modes.iter().map(|&modes| if modes == 0 { of_none } else { modes + of_some }).collect()
     };
     let between = coarse.coordinates_between();
-    let model_with = |fine: &[usize], estimate: Estimate| {
-        Ok(Some(Finer { modes: fine.to_vec(), estimate, places: all_places(&modes, fine, &between) }))
+    let model_with = |fine: &[usize], estimate: Estimate, frequencies: Vec<(f64, f64)>| {
+        let places = all_places(&modes, fine, &between);
+        Ok(Some(Finer { modes: fine.to_vec(), estimate, frequencies, places }))
     };
     let richest = with_more(MANY_MODES, SOME_MODES);
     let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
     let Some(mut richer) = is_small.then(|| coarse.with_modes(&richest)).flatten() else {
         // The richest model would be too large: the estimate remains unknown.
-        return model_with(&with_more(MORE_MODES, 0), Estimate::default());
+        return model_with(&with_more(MORE_MODES, 0), Estimate::default(), Vec::new());
     };
     let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
     let of_modes = |modes: &[usize]| places_of_modes(modes, &richest, &between);
@@ -151,14 +172,59 @@ pub(super) fn finer<M: Model + Clone>(
     let relative = |to: &[[f64; 3]], from: &[[f64; 3]]| {
         largest(&super::paths::distances(to, from)) / coarse.facts().length
     };
-    let estimate = Estimate {
+    let mut estimate = Estimate {
         finds: longest(&found) / coarse.facts().length,
         leaves: relative(&of_slow, &found),
         fast: relative(&all, &of_slow),
         energy: missing.energy(&of_modes(&slow)),
         is_known: !all.is_empty() && missing.is_well_conditioned(),
+        ..Estimate::default()
     };
-    model_with(&fine, estimate)
+    // Without a second mode of a strain, nothing tells how far the missing ones reach.
+    let has_several = modes.iter().all(|&modes| modes != 1);
+    estimate.at_most = estimate.bound(late_at_most(0.5 * estimate.energy));
+    estimate.at_most = estimate.at_most.filter(|most| has_several && *most <= CLEARLY * tolerance);
+    if estimate.at_most.is_some() {
+        return model_with(&fine, estimate, Vec::new());
+    }
+    let all_of = |modes_of: &[usize]| all_places(modes_of, &richest, &between);
+    let start = [q0, v0].map(|values| embed(values, &all_of(&modes), richer.facts().n));
+    let elastic: Vec<f64> = (0..richer.facts().n).map(|k| missing.stiffness[(k, k)]).collect();
+    let parts = [&all_of(&modes)[..], &all_of(&fine)];
+    let compared = Compared::new(&mut richer, (motion, tips), (start, &elastic), parts).unwrap_or_default();
+    let facts = coarse.facts();
+    let acts_on_high_modes = facts.springs > 0 || facts.cords > 0 || facts.has_contact;
+    estimate.linear = compared.apart / facts.length;
+    estimate.is_linear = compared.is_linear && !acts_on_high_modes;
+    model_with(&fine, estimate, compared.frequencies)
+}
+
+/// Linear responses of a model with some of its coordinates and with others.
+#[derive(Default)]
+struct Compared {
+    /// Largest distance between both, in metres.
+    apart: f64,
+    /// Whether the motion is like the first one.
+    is_linear: bool,
+    /// Frequencies of the first one, with their relative errors.
+    frequencies: Vec<(f64, f64)>,
+}
+
+impl Compared {
+    fn new<M: Model>(
+        model: &mut M,
+        (motion, tips): (&Simulation, &[[f64; 3]]),
+        (start, elastic): ([Vec<f64>; 2], &[f64]),
+        [coarse, fine]: [&[usize]; 2],
+    ) -> Option<Self> {
+        let linear = Linear::new(model, start, &motion.t, elastic)?;
+        let (coarse, fine) = (linear.path(model, coarse)?, linear.path(model, fine)?);
+        Some(Self {
+            apart: largest(&super::paths::distances(&coarse.places, &fine.places)),
+            is_linear: linear.describes(&coarse.places, motion.t.len(), tips),
+            frequencies: linear.errors_of_frequencies(&coarse, &fine),
+        })
+    }
 }
 
 /// Static displacement of the tip by forces on a model with the same coordinates and more nodes, relative to the length, and the

@@ -31,6 +31,7 @@ mod features;
 mod following;
 mod growth;
 mod integrator;
+mod linear;
 mod missing;
 mod modes;
 mod paths;

@@ -47,12 +47,19 @@ pub(super) fn add_error<M: Model + Clone>(
         run.simulation.message.push_str(&format!(" The space error is unknown: {why}."));
         Ok(())
     };
-    let finer = match finer(plan.model, &run.simulation, plan.choice.resolved, wanted) {
+    let motion = (&run.simulation, &run.tips[..]);
+    let late_at_most = |relative| plan.following.late_at_most(relative);
+    let limits = [plan.choice.resolved, wanted];
+    let finer = match finer(plan.model, motion, plan.start, &late_at_most, limits) {
         Ok(Some(finer)) => finer,
         Ok(None) => return Ok(()),
         Err(why) => return unknown(run, why),
     };
-    let late = plan.following.error_of_frequencies(0.5 * finer.estimate.energy);
+    if let Some(error) = finer.estimate.at_most.or(finer.estimate.of_linear()) {
+        add_space_error(run, error, wanted);
+        return Ok(());
+    }
+    let late = plan.following.error_of_frequencies(0.5 * finer.estimate.energy, &finer.frequencies);
     if let Some(error) = finer.estimate.bound(late).filter(|&error| error <= wanted) {
         add_space_error(run, error, wanted);
         return Ok(());
@@ -123,7 +130,7 @@ pub(super) fn with_nodes<M: Model + Clone>(
     }
     let largest_change = NODES * wanted;
     if let Some([moved, energy]) = by_nodes(plan.model, &mut model, &run.simulation) {
-        let changed = moved + plan.following.error_of_frequencies(0.5 * energy);
+        let changed = moved + plan.following.error_of_frequencies(0.5 * energy, &[]);
         if changed <= CLEARLY * largest_change || changed >= largest_change / CLEARLY {
             return Ok((changed > largest_change).then_some(model));
         }

@@ -2,8 +2,8 @@
 
 use super::driven::Driven;
 use super::robot::Robot;
-use super::signals::PlacedSignal;
-use crate::description::signal::{Cell, Jumps, Timed};
+use super::signals::{PlacedSignal, SignalOf};
+use crate::description::signal::{Cell, Jumps, Signal, Timed};
 use crate::description::world::BaseMotion;
 use crate::error::Number;
 
@@ -78,6 +78,15 @@ impl Robot {
         let of_joints = self.driven().map(Driven::period);
         let of_signals = self.signals().map(Timed::period);
         of_base.chain(of_joints).chain(of_signals).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether functions of which only values are known may command, load or move it; prescribed motions count as such.
+    pub fn has_functions(&self) -> bool {
+        let is_function = |placed: PlacedSignal<'_>| match placed.signal {
+            SignalOf::Number(signal) => matches!(signal, Signal::Function(_)),
+            SignalOf::Vector(signal) => matches!(signal, Signal::Function(_)),
+        };
+        self.is_prescribed() || self.signals_with_places().any(is_function)
     }
 
     /// Interval of time on which the prescribed motions of base and joints are defined.

@@ -1,0 +1,238 @@
+//! Linear response of a model about its start, with some of its modes only.
+//!
+//! In the linear theory of straight rods the static response of higher Legendre polynomials does not move the tip at all: what missing modes
+//! change there is dynamic, by the inertia that couples them to the modes of the model, and it differs from vibration to vibration. The linear
+//! responses of the model and of one with more modes, to the same start and loads, are exact sums of vibrations and show this difference. It is
+//! the space error as far as the motion itself is linear.
+
+use super::paths::{distances, largest, range};
+use crate::analysis::normalised::scaled;
+use crate::analysis::refined::embed;
+use crate::analysis::small_motions::SmallMotions;
+use crate::model::Model;
+use crate::numerics::linalg::Matrix;
+
+/// Largest number of times at which responses are compared.
+const TIMES: usize = 128;
+
+/// Largest model whose linear response is computed: a tenth of a second of work.
+const MOST_COORDINATES: usize = 200;
+
+/// Angle, in radians during the whole motion, below which a vibration counts as having it: formulas for springs serve rigid motions too.
+const SLOWEST: f64 = 1e-2;
+
+/// Displacement along a vibration by which its direction at the tip is found, relative to typical coordinates.
+const DISPLACEMENT: f64 = 1e-5;
+
+/// A motion is linear if its tip departs from the linear response by at most this part of its way.
+const LINEAR: f64 = 0.1;
+
+/// Steps that differ by less than this part are the same.
+const SAME: f64 = 1e-9;
+
+/// Small motions of a model about its start at some times.
+pub(super) struct Linear {
+    start: [Vec<f64>; 2],
+    times: Vec<f64>,
+    /// Generalised forces on the model at rest in its initial shape at these times, a single one if they are constant.
+    forces: Vec<Vec<f64>>,
+    mass: Matrix,
+    damping: Matrix,
+    stiffness: Matrix,
+    /// Typical sizes of the coordinates.
+    sizes: Vec<f64>,
+}
+
+/// Linear response of some coordinates.
+pub(super) struct Response {
+    /// Measured places at all times.
+    pub(super) places: Vec<[f64; 3]>,
+    /// Frequencies in rad/s, zero without restoring force, and shapes of the undamped vibrations, in coordinates over their sizes.
+    frequencies: Vec<f64>,
+    shapes: Matrix,
+    chosen: Vec<usize>,
+}
+
+impl Linear {
+    /// About a start, for at most [`TIMES`] of the increasing `times`. `elastic` are the stiffnesses of the coordinates: `None` if one of them
+    /// has none, as those of free joints, with closed loops, for large models, and where a function of time fails.
+    pub(super) fn new<M: Model>(
+        model: &mut M,
+        start: [Vec<f64>; 2],
+        times: &[f64],
+        elastic: &[f64],
+    ) -> Option<Self> {
+        let (n, varies) = (model.facts().n, model.facts().varies_in_time);
+        let is_held = model.facts().constraints() == 0 && elastic.iter().all(|k| *k > 0.0);
+        if !is_held || n > MOST_COORDINATES {
+            return None;
+        }
+        let times: Vec<f64> = times.iter().copied().step_by(stride(times.len())).collect();
+        let rest = vec![0.0; n];
+        let mut forces = Vec::new();
+        for &t in &times[..if varies { times.len() } else { times.len().min(1) }] {
+            model.set_time(t).ok()?;
+            let mut tau = vec![0.0; n];
+            model.inverse_dynamics(&start[0], &rest, &rest, &mut tau);
+            forces.push(tau);
+        }
+        model.set_time(*times.first()?).ok()?;
+        let [mut mass, mut damping, mut stiffness] = [(); 3].map(|()| Matrix::zeros(n, n));
+        model.mass_matrix(&start[0], &mut mass);
+        model.weighted_tangent(&start[0], &rest, &rest, [0.0, 1.0, 0.0], &mut damping);
+        model.weighted_tangent(&start[0], &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
+        let sizes = model.facts().typical_coordinates.clone();
+        Some(Self { start, times, forces, mass, damping, stiffness, sizes })
+    }
+
+    /// The response if only these coordinates move. `None` if the mass is singular or a number is not finite.
+    pub(super) fn path<M: Model>(&self, model: &mut M, chosen: &[usize]) -> Option<Response> {
+        let n = chosen.len();
+        let sizes: Vec<f64> = chosen.iter().map(|&i| self.sizes[i]).collect();
+        let part = |a: &Matrix| scaled(Matrix::from_fn(n, n, |i, j| a[(chosen[i], chosen[j])]), &sizes);
+        let [mass, damping, stiffness] = [&self.mass, &self.damping, &self.stiffness].map(part);
+        let (error, change, basis) = (Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::identity(n, n));
+        let motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.clone() };
+        let modal = motions.is_finite().then(|| motions.modal()).flatten()?;
+        let [q0, v0] = &self.start;
+        let mut from = Vec::new();
+        model.places(q0, &mut from);
+        let mut path: Vec<[f64; 3]> =
+            from.iter().copied().cycle().take(from.len() * self.times.len()).collect();
+        let duration = self.times[self.times.len() - 1] - self.times[0];
+        for (k, &square) in modal.squares.iter().enumerate() {
+            let column = modal.shapes.column(k);
+            let shape: Vec<f64> = column.iter().zip(&sizes).map(|(x, size)| x * size).collect();
+            let along = |values: &[f64]| chosen.iter().zip(&shape).map(|(&i, x)| values[i] * x).sum::<f64>();
+            let momentum = &motions.mass * column;
+            let velocity =
+                chosen.iter().zip(&sizes).zip(momentum.iter()).map(|((&i, size), p)| v0[i] / size * p).sum();
+            let forces: Vec<f64> = self.forces.iter().map(|tau| -along(tau)).collect();
+            let square = square.max((SLOWEST / duration).powi(2));
+            let response = response([square, modal.damping[(k, k)], velocity], &forces, &self.times);
+            let step = DISPLACEMENT / column.amax();
+            let mut to = Vec::new();
+            let moved = embed(&shape, chosen, q0.len());
+            model.places(&q0.iter().zip(moved).map(|(q, x)| q + step * x).collect::<Vec<_>>(), &mut to);
+            for (places, x) in path.chunks_exact_mut(from.len()).zip(response) {
+                for (place, (from, to)) in places.iter_mut().zip(from.iter().zip(&to)) {
+                    (0..3).for_each(|i| place[i] += x / step * (to[i] - from[i]));
+                }
+            }
+        }
+        let is_finite = path.iter().flatten().all(|x| x.is_finite());
+        let frequencies = modal.squares.iter().map(|square| square.max(0.0).sqrt()).collect();
+        is_finite.then(|| Response {
+            places: path,
+            frequencies,
+            shapes: modal.shapes,
+            chosen: chosen.to_vec(),
+        })
+    }
+
+    /// Frequencies of the vibrations of a response, with their relative differences from those of the same shapes in a finer one.
+    pub(super) fn errors_of_frequencies(&self, coarse: &Response, fine: &Response) -> Vec<(f64, f64)> {
+        let (rows, columns) = (&coarse.chosen, &fine.chosen);
+        let size = |i: usize| self.sizes[i];
+        let mass = Matrix::from_fn(rows.len(), columns.len(), |i, j| {
+            size(rows[i]) * self.mass[(rows[i], columns[j])] * size(columns[j])
+        });
+        let alike = coarse.shapes.tr_mul(&(mass * &fine.shapes));
+        let of_vibration = |(k, &frequency): (usize, &f64)| {
+            let overlap = |i: &usize| alike[(k, *i)].abs();
+            let same = (0..alike.ncols()).max_by(|a, b| overlap(a).total_cmp(&overlap(b)))?;
+            (frequency > 0.0).then(|| (frequency, (fine.frequencies[same] / frequency - 1.0).abs()))
+        };
+        coarse.frequencies.iter().enumerate().filter_map(of_vibration).collect()
+    }
+
+    /// Whether the places of a motion at all times, of which these are some, follow this linear path.
+    pub(super) fn describes(&self, path: &[[f64; 3]], times: usize, places: &[[f64; 3]]) -> bool {
+        let number = places.len() / times.max(1);
+        if number == 0 {
+            return false;
+        }
+        let some: Vec<[f64; 3]> =
+            places.chunks_exact(number).step_by(stride(times)).flatten().copied().collect();
+        largest(&distances(&some, path)) <= LINEAR * range(&some, self.times.len())
+    }
+}
+
+/// Every so manieth time is taken.
+fn stride(times: usize) -> usize {
+    times.div_ceil(TIMES).max(1)
+}
+
+/// `x'' + c x' + w^2 x = f(t)` from zero with a velocity, for forces linear between the times, or a constant one.
+fn response([square, damping, velocity]: [f64; 3], forces: &[f64], times: &[f64]) -> Vec<f64> {
+    let force = |i: usize| if forces.len() > 1 { forces[i] } else { forces[0] };
+    let (mut x, mut v) = (0.0, velocity);
+    let mut path = vec![x];
+    let (mut step, mut free) = (0.0_f64, [[0.0; 2]; 2]);
+    for i in 1..times.len() {
+        let h = times[i] - times[i - 1];
+        if (h - step).abs() > SAME * h {
+            (step, free) = (h, transition(square, damping, h));
+        }
+        let slope = (force(i) - force(i - 1)) / h / square;
+        let held = force(i - 1) / square - damping / square * slope;
+        let (from, speed) = (x - held, v - slope);
+        x = free[0][0] * from + free[0][1] * speed + held + slope * h;
+        v = free[1][0] * from + free[1][1] * speed + slope;
+        path.push(x);
+    }
+    path
+}
+
+/// Exact step of `x'' + c x' + w^2 x = 0`: the matrix of place and velocity.
+fn transition(square: f64, damping: f64, h: f64) -> [[f64; 2]; 2] {
+    let half = 0.5 * damping;
+    let discriminant = square - half * half;
+    let (cosine, sine) = if discriminant > 0.0 {
+        let (frequency, decay) = (discriminant.sqrt(), (-half * h).exp());
+        let (sine, cosine) = (frequency * h).sin_cos();
+        (decay * cosine, decay * sine / frequency)
+    } else {
+        // Without overflow: both rates are negative.
+        let rate = (-discriminant).sqrt();
+        let [slow, fast] = [(-half + rate) * h, (-half - rate) * h];
+        let sine =
+            if rate * h > 1e-6 { 0.5 * (slow.exp() - fast.exp()) / rate } else { h * (-half * h).exp() };
+        (0.5 * (slow.exp() + fast.exp()), sine)
+    };
+    [[cosine + half * sine, sine], [-square * sine, cosine - half * sine]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_is_that_of_two_halves_and_satisfies_the_equation() {
+        for (square, damping) in [(9.0, 0.4), (9.0, 6.0), (9.0, 50.0), (1e-4, 0.0)] {
+            let [whole, half] = [0.8, 0.4].map(|h| transition(square, damping, h));
+            for i in 0..2 {
+                for j in 0..2 {
+                    let twice: f64 = (0..2).map(|k| half[i][k] * half[k][j]).sum();
+                    assert!((twice - whole[i][j]).abs() < 1e-12, "{square} {damping}");
+                }
+            }
+            let h = 1e-5;
+            let small = transition(square, damping, h);
+            assert!((small[0][1] / h - 1.0).abs() < 1e-3 && (small[1][0] / h + square).abs() < 1e-2 * square);
+            assert!(((small[1][1] - 1.0) / h + damping).abs() < 1e-2 * damping.max(1.0));
+        }
+    }
+
+    #[test]
+    fn a_response_oscillates_about_its_static_displacement_and_follows_a_ramp() {
+        let times: Vec<f64> = (0..=100).map(|i| f64::from(i) * 0.1).collect();
+        let held = response([4.0, 0.0, 0.0], &[2.0], &times);
+        for (x, t) in held.iter().zip(&times) {
+            assert!((x - 0.5 * (1.0 - (2.0 * t).cos())).abs() < 1e-12);
+        }
+        let ramp: Vec<f64> = times.iter().map(|t| 3.0 * t).collect();
+        let slow = response([1e4, 300.0, 0.0], &ramp, &times);
+        assert!((slow[100] - slow[99] - 0.1 * 3.0 / 1e4).abs() < 1e-9);
+    }
+}
