@@ -103,8 +103,7 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             json!({ "anyOf": [word, of_kind(inner, limits, found)] })
         }
         Kind::OneOf(name, kinds) => {
-            let all = kinds.iter().flat_map(|kind| branches(of_kind(kind, limits, found)));
-            let all: Vec<_> = all.collect();
+            let all: Vec<_> = kinds.iter().flat_map(|kind| branches(of_kind(kind, limits, found))).collect();
             found.insert((*name).to_owned(), json!({ "anyOf": all }));
             json!({ "$ref": format!("#/definitions/{name}") })
         }

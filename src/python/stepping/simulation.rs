@@ -155,10 +155,8 @@ impl PySimulation {
         };
         let (n, options) = (model.get().n(), PyDict::new(py));
         options.set_item("dt", dt)?;
-        match method {
-            Some(method) => options.set_item("method", method)?,
-            None => options.set_item("method", "newmark")?,
-        }
+        let chosen = method.map_or_else(|| PyString::new(py, "newmark").into_any(), Clone::clone);
+        options.set_item("method", chosen)?;
         let method = method.map_or(Ok(MethodOf::Name("newmark")), method_of)?;
         set_tolerance(&options, "rtol", rtol)?;
         set_tolerance(&options, "atol", atol)?;

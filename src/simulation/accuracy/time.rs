@@ -69,8 +69,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Run, InvalidInput> {
     let wanted = plan.request.rtol;
-    let mut tolerance = FIRST_TOLERANCE * wanted;
-    let mut longest_step = f64::INFINITY;
+    let (mut tolerance, mut longest_step) = (FIRST_TOLERANCE * wanted, f64::INFINITY);
     let mut previous: Option<Looser> = None;
     let has_order = !plan.model.facts().has_one_sided_forces;
     let tightening = if has_order { TIGHTENING } else { TIGHTENING_AT_IMPACTS };
@@ -135,7 +134,6 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         }
         // The next run is compared with this one, whose error is smaller than the estimate by this gain; with impacts the gain is
         // unknown.
-        let has_order = !plan.model.facts().has_one_sided_forces;
         let gain = if has_order {
             (error / (TARGET_FRACTION * wanted)).powi(2) / gain
         } else {

@@ -57,10 +57,8 @@ impl<V: Numbers> Corrector<V> {
     ) -> Solved {
         self.kept = None;
         self.evaluate_residual(system, trial, counters)?;
-        let mut length = 0.0;
-        let mut renew = true;
+        let (mut length, mut renew, mut first) = (0.0, true, f64::INFINITY);
         let (mut jacobians, mut is_full) = (0, false);
-        let mut first = f64::INFINITY;
         for iteration in 0..MAX_FULL_ITERATIONS {
             if renew {
                 if let Some(model) = system.model() {
