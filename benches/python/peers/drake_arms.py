@@ -3,7 +3,7 @@
     pip install drake==1.58.0        # Python 3.12 or newer
     python benches/python/peers/drake_arms.py
 
-Needs lissom built in release mode on the path of modules. The arms are those of arms.py, in Drake's MultibodyPlant
+Needs lissom built in release mode on the path of modules. The arms are those of arms.py, in a MultibodyPlant
 as its documentation builds one, with continuous time. One core; medians of many repetitions of both codes in
 turn; states differ from call to call. Prints a table.
 """
@@ -84,7 +84,7 @@ def main() -> None:
     print(f"drake {version('drake')}, lissom {lissom.__version__}, numpy {np.__version__}")
     for joints in JOINTS:
         runs = calls(joints)
-        # Each pair of calls sees both states: the second of each is at the state of the first of the other code.
+        # Each pair of calls sees both states: the first of each pair is at the first state.
         values = [run() for run in runs.values() for _ in range(2)]
         deviations = [
             float(np.abs(theirs - mine).max() / np.abs(mine).max())

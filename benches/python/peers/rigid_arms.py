@@ -1,6 +1,6 @@
-"""Serial chains of rigid links with revolute joints about x, y and z in turn, and how calls on them are timed.
+"""Serial chains of rigid links with revolute joints about x, y and z in turn, and timing of calls on them.
 
-The same robots as in benches/robot.rs. Imports nothing of the other codes: each has an environment of its own.
+The same robots as in benches/robot.rs. Imports none of the other codes: each has an environment of its own.
 """
 
 import statistics
