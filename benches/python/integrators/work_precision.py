@@ -26,7 +26,7 @@ import numpy as np
 import scipy
 import scipy.integrate
 
-import lissom
+import lissom._lissom
 from problems import PROBLEMS, Problem
 
 TOLERANCES = 10.0 ** np.arange(-3, -13, -1)

@@ -4,10 +4,7 @@ The same robots as in benches/robot.rs. Everything runs on one core, in short re
 turn, so that what else the machine does meets all of them alike; medians count.
 """
 
-import statistics
 import sys
-import time
-import timeit
 from collections.abc import Callable, Iterator
 from itertools import cycle
 
@@ -16,12 +13,12 @@ import numpy as np
 import pinocchio
 from mujoco_trees import MujocoTree
 from pinocchio_trees import PinocchioTree
-from rigid_trees import Member, Tree, robot
+from rigid_arms import arm, in_turn
+from rigid_trees import robot
 
 import lissom
 
 JOINTS = (7, 30, 64, 100)
-LINK, MASS, CENTRE, INERTIA = 0.1, 0.1, (0.05, 0.01, 0.0), 1e-4
 STEP, END = 1e-3, 1.0
 # Errors of a step are looked at before long chains have forgotten where they started.
 SHORT_END, FINER = 0.1, 64
@@ -29,58 +26,15 @@ INTEGRATORS = {
     "MuJoCo, Euler": mujoco.mjtIntegrator.mjINT_EULER,
     "MuJoCo, implicitfast": mujoco.mjtIntegrator.mjINT_IMPLICITFAST,
 }
-NO_TURN = np.array([1.0, 0.0, 0.0, 0.0])
 
-# A sample lasts at least so many seconds, so that the clock's resolution does not count.
-SAMPLE = 2e-3
 SAMPLES, QUICK_SAMPLES = 101, 11
 # Of a thousand steps.
 RUNS, QUICK_RUNS = 21, 3
 
 
-def arm(joints: int) -> Tree:
-    return Tree(
-        tuple(
-            Member(
-                parent=index - 1 if index else None,
-                position=np.array([LINK if index else 0.0, 0.0, 0.0]),
-                orientation=NO_TURN,
-                kind="revolute",
-                axes=(np.eye(3)[index % 3],),
-                armature=0.0,
-                mass=MASS,
-                centre=np.array(CENTRE),
-                principal=np.full(3, INERTIA),
-                principal_axes=NO_TURN,
-            )
-            for index in range(joints)
-        ),
-        np.array([0.0, 0.0, -9.81]),
-    )
-
-
 def start(joints: int) -> np.ndarray:
     """Coordinates of the first state; the arm starts at rest."""
     return 0.1 * np.sin(np.arange(joints))
-
-
-def elapsed(run: Callable[[], object], calls: int) -> float:
-    """Processor time in seconds: what a quiet machine would take, though others wait for the core as well."""
-    return timeit.timeit(run, timer=time.process_time, number=calls)
-
-
-def in_turn(runs: dict[str, Callable[[], object]], samples: int) -> dict[str, float]:
-    """Medians of the times of a call, in seconds."""
-    calls = {}
-    for name, run in runs.items():
-        calls[name] = 1
-        while elapsed(run, calls[name]) < SAMPLE:
-            calls[name] *= 2
-    times: dict[str, list[float]] = {name: [] for name in runs}
-    for _ in range(samples):
-        for name, run in runs.items():
-            times[name].append(elapsed(run, calls[name]) / calls[name])
-    return {name: statistics.median(found) for name, found in times.items()}
 
 
 def functions(joints: int) -> dict[str, Callable[[], object]]:

@@ -12,7 +12,9 @@ SCRIPTS = Path(__file__).parent
 # Name, script, requirement: a package, or a file of packages with hashes.
 RODS = {
     "pyelastica": ("pyelastica.py", "pyelastica==1.0.0"),
-    "mujoco": ("mujoco_cable.py", "mujoco==3.3.2"),
+    # The last version with the cable plugin.
+    "mujoco-cable": ("mujoco_cable.py", "mujoco==3.17.0"),
+    "mujoco-flex": ("mujoco_flex.py", "mujoco==4.0.0"),
     "soromox": ("soromox_gvs.py", "soromox==0.5.0"),
 }
 PILES = {

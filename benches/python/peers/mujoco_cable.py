@@ -13,6 +13,7 @@ from cases import (
     RUBBER_ROD,
     TIMES,
     climb,
+    on_one_core,
     packages,
     quick_requested,
     record,
@@ -136,6 +137,7 @@ def ladder(clamp: str, integrator: str, longest: float):
 
 
 def main() -> None:
+    on_one_core()
     longest = QUICK_LONGEST_RUN if quick_requested(__doc__) else LONGEST_RUN
     packages("mujoco", "numpy")
     for clamp in CLAMPS:

@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import octopus
 import octopus_mujoco
-from arms import elapsed
 from octopus import OUTPUT_STEP
+from rigid_arms import elapsed
 
 import lissom
 

@@ -14,6 +14,7 @@ from cases import (
     SECONDS,
     TIMES,
     climb,
+    on_one_core,
     packages,
     quick_requested,
     record,
@@ -128,6 +129,7 @@ def ladder(
 
 
 def main() -> None:
+    on_one_core()
     longest = QUICK_LONGEST_RUN if quick_requested(__doc__) else LONGEST_RUN
     packages("pyelastica", "numba", "numpy")
     start = time.perf_counter()

@@ -14,7 +14,7 @@ import time
 from datetime import UTC, datetime
 from pathlib import Path
 
-import lissom
+import lissom._lissom
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import machine

@@ -5,7 +5,6 @@ Its environment has the peers; lissom is the one of this source tree, as it is b
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import agreement
 import arms
 import octopus_runs
 import tendon_arm_runs
-from cases import packages
+from cases import on_one_core, packages
 
 PARTS = {
     "agreement": (agreement.measure, agreement.away),
@@ -29,9 +28,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="few repetitions")
     parser.add_argument("--only", choices=PARTS, help="one part of it")
     options = parser.parse_args()
-    if hasattr(os, "sched_setaffinity"):
-        # One core for all, and for all threads that anything starts.
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    on_one_core()
     packages("pin", "mujoco", "soromox", "jax", "numpy")
     for part in [options.only] if options.only else PARTS:
         for measure in PARTS[part]:

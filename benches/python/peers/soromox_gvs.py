@@ -23,6 +23,7 @@ from cases import (  # noqa: E402
     SEGMENTS,
     TIMES,
     Rod,
+    on_one_core,
     packages,
     print_run,
     quick_requested,
@@ -135,6 +136,7 @@ def measure(
 
 def main() -> None:
     quick = quick_requested(__doc__)
+    on_one_core()
     longest = QUICK_LONGEST_RUN if quick else LONGEST_RUN
     packages("soromox", "jax", "diffrax", "numpy")
     for nodes in SEGMENT_NODES[:1] if quick else SEGMENT_NODES:

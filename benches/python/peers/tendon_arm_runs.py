@@ -13,8 +13,8 @@ import numpy as np
 import tendon_arm as arm
 import tendon_arm_mujoco
 import tendon_arm_soromox
-from arms import elapsed, in_turn
 from candidates import Candidate, within
+from rigid_arms import elapsed, in_turn
 
 import lissom
 

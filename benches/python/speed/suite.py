@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-import lissom
+import lissom._lissom
 from lissom.drawing.report.text import multiplications
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -16,8 +16,11 @@ from .rods import (
     BENDING,
     GRAVITY,
     LENGTH,
+    RADIUS,
+    SHEAR,
     WEIGHTLESS,
     XZ,
+    YOUNG,
     Plane,
     Points,
     at_rest,
@@ -76,6 +79,33 @@ def elastica_values(rod: Rod, q: Array) -> Array:
     """Tip and its angle: the mean curvature times the length."""
     x, z = xz(rod, q)
     return np.array([x, -z, q[0] * LENGTH])
+
+
+# Magnetic rod
+
+#: Magnetisation along the rod, A/m: that of silicone with particles of a neodymium alloy.
+MAGNETISATION = 1e5
+
+
+def magnetic_elastica() -> Answer:
+    """Fields of several sizes, whose moments along a magnetised rod are those of a tip force."""
+    moment = MAGNETISATION * np.pi * RADIUS**2
+    segment = Segment(
+        LENGTH,
+        RADIUS,
+        YOUNG,
+        SHEAR,
+        1000.0,
+        {"bend_y": 10},
+        nodes=24,
+        magnetisation=(MAGNETISATION, 0.0, 0.0),
+    )
+    fields = [(alpha, -alpha * BENDING / LENGTH**2 / moment) for alpha in ELASTICA_LOADS]
+    rods = [
+        (f"lissom, α = {alpha:g}", Rod([segment], gravity=WEIGHTLESS, field=(0.0, 0.0, size)))
+        for alpha, size in fields
+    ]
+    return at_rest(rods, elastica_values, elastica_tips)
 
 
 # Heavy elastica
@@ -403,6 +433,19 @@ CASES = (
         "x/L, deflection/L, tip angle for each",
         lambda: [value for alpha in ELASTICA_LOADS for value in exact.elastica(alpha)],
         elastica,
+        1e-7,
+        scale=1.0,
+    ),
+    Case(
+        "Magnetic rod",
+        THEME,
+        "Inextensible cantilever, magnetised along itself, in a uniform field B across it, "
+        "M A B L² / (E I) = α = 1, 5, 10; 10 modes.",
+        "Wang, Kim, Guo and Zhao 2020, hard-magnetic elastica; elliptic integrals",
+        "exact",
+        "x/L, deflection/L, tip angle for each",
+        lambda: [value for alpha in ELASTICA_LOADS for value in exact.elastica(alpha)],
+        magnetic_elastica,
         1e-7,
         scale=1.0,
     ),

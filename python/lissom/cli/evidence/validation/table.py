@@ -56,7 +56,8 @@ No easier case is substituted silently.
 
 - Friction in equilibria: `statics` is without it. Lines 1 and 3 of MoorPy's table are line 2 with friction of
   the floor of 5 and 0.1. The force on B is the same to 7e-8, but the anchor A would be pulled with 96.6 kN in
-  lissom where MoorPy has 0 and 80.4 kN. (Motions have friction.)
+  lissom where MoorPy has 0 and 80.4 kN. (Motions have friction, also those without inertia,
+  `method="quasi_static"`; what a line on a floor is pulled with then depends on how it was laid.)
 - Rods that shear, without rotary inertia: their mass matrix is singular, and `modes` refuses them. The soft
   beam between clamps has a rotary inertia of 1e-8.
 - Lines without bending stiffness: lissom's rods have some. That of the lines above changes their forces by
@@ -79,6 +80,9 @@ No easier case is substituted silently.
   the fluid has no surface. Rods with given sections are refused in fluids, so that the jumper is a round rod
   of its bending stiffness that does not stretch. Waves are not asked for.
 - The motions of MoorDyn's chains: they are in water, which given sections are refused in.
+- Concentric tubes (measured poses of CRL-Dataset-CTCR-Pose, tubes of ConcentricTubeMexLibrary), bundles of
+  flagella that move each other by the fluid between them, and cables whose bending has hysteresis (Newton's
+  example_cable_dahl_hysteresis): lissom has no models of these.
 - Creep. On the ground with friction the default `slip_velocity` of 0.1 mm/s moves the anchor's tension of the
   chain above by 0.05 of the largest within the 40 s; the case has 1 µm/s.
 - The helical tendon robot of Lorenzen, Fabiansen and Møller (Aarhus 2026): its data (Apache 2.0) are pixels
