@@ -23,7 +23,7 @@ from pathlib import Path
 # Before NumPy and the peers start threads.
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
 
-import lissom
+import lissom._lissom
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 import machine
