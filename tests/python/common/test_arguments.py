@@ -9,7 +9,7 @@ import pytest
 from fuzz import api
 from fuzz.recipes import RECIPES
 
-#: Seconds of processor time after which a call is no longer waited for: it accepted its arguments, and computes.
+#: Seconds of processor time after which a call is interrupted: it accepted its arguments, and computes.
 PATIENCE = 2.0
 
 #: Values that are no number, as Python text.

@@ -141,7 +141,7 @@ def test_rows_of_light_and_heavy_balls_gain_nothing(number):
 
 
 def lost_by_free_balls(number):
-    """The part of the energy that a light ball between heavy ones loses, which may turn, and the doubt about it."""
+    """The part of the energy lost by a light ball between heavy ones, all of which may turn, and the doubt."""
     random = np.random.default_rng(number)
     balls = BallRow([63.0, 0.04, 62.0], RADIUS, 10.0 ** random.uniform(4, 6.5))
     dt = 10.0 ** random.uniform(-3, -2)
@@ -168,7 +168,7 @@ def lost_by_free_balls(number):
 
 
 def test_free_balls_lose_little_or_say_so():
-    """They lost up to 15 % in half of such runs, without a word: work on impacts was bounded as if evaluations took more than they do."""
+    """They lost up to 15 % in half of such runs, without a doubt: evaluations counted as too dear."""
     runs = [lost_by_free_balls(number) for number in range(12)]
     assert all(abs(lost) < 2e-2 or doubt is not None for lost, doubt in runs)
     assert sum(abs(lost) < 1e-3 for lost, _ in runs) >= 9
@@ -177,7 +177,7 @@ def test_free_balls_lose_little_or_say_so():
 @pytest.mark.parametrize("steps", [10, 31, 100])
 @pytest.mark.parametrize("dissipated", [0.3, 3.0, 30.0, 300.0])
 def test_impacts_that_lose_almost_all(dissipated, steps):
-    """Dissipation acts within a small part of the impact of that stiffness, which takes this number of steps."""
+    """Dissipation acts within a small part of the impact, which takes this number of steps without it."""
     dt, speed = 1e-3, 1.0
     contact = Contact(
         Ball("ball", RADIUS), FLOOR, stiffness=(np.pi / (steps * dt)) ** 2, dissipation=dissipated / speed
@@ -186,7 +186,8 @@ def test_impacts_that_lose_almost_all(dissipated, steps):
     robot = Robot([ball], contacts=[contact], gravity=(0, 0, 0))
     result = lissom.simulate(robot, 0.5, dt=dt, q0=[RADIUS + 0.0303], v0=[-speed])
 
-    # The integral of u / (1 + c u) over the speed u is the same before and after (Hunt and Crossley 1975); y = -ln(1 - c u) after it.
+    # The integral of u / (1 + c u) over the speed u is the same before and after (Hunt and Crossley 1975);
+    # y = -ln(1 - c u) after it.
     before = dissipated - np.log1p(dissipated)
     y = brentq(lambda y: y + np.expm1(-y) - before, 0.0, dissipated + 2.0)
     expected = -np.expm1(-y) * speed / dissipated
