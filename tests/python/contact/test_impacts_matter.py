@@ -141,7 +141,7 @@ def test_rows_of_light_and_heavy_balls_gain_nothing(number):
 
 
 def lost_by_free_balls(number):
-    """The part of the energy lost by a light ball between heavy ones, all of which may turn, and the doubt."""
+    """The part of the energy lost by a light ball between heavy ones, which may turn, and the doubt."""
     random = np.random.default_rng(number)
     balls = BallRow([63.0, 0.04, 62.0], RADIUS, 10.0 ** random.uniform(4, 6.5))
     dt = 10.0 ** random.uniform(-3, -2)
