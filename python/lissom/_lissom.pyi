@@ -973,7 +973,7 @@ class Model:
         qdd: ArrayLike | None = None,
         *,
         t: float | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> NDArray[np.float64]: ...
     def check_shape(self, q: ArrayLike) -> None: ...
     def inverse_dynamics(
@@ -983,11 +983,11 @@ class Model:
         qdd: ArrayLike,
         *,
         t: float | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> NDArray[np.float64]: ...
     def mass_matrix(self, q: ArrayLike, *, t: float | None = None) -> NDArray[np.float64]: ...
     def forward_dynamics(
-        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: _Inputs | None = None
     ) -> NDArray[np.float64]: ...
     def tangent(
         self,
@@ -996,16 +996,16 @@ class Model:
         qdd: ArrayLike,
         *,
         t: float | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def _tangent_at_rest(
         self, q: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def energy(
-        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: _Inputs | None = None
     ) -> Energy: ...
     def dissipated_power(
-        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+        self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: _Inputs | None = None
     ) -> float: ...
     def supplied_power(
         self,
@@ -1014,7 +1014,7 @@ class Model:
         qdd: ArrayLike | None = None,
         *,
         t: float | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> float: ...
 
 @final
@@ -1389,6 +1389,7 @@ class Profile:
     def __getnewargs_ex__(self) -> tuple[tuple[float], dict[str, Any]]: ...
 
 # A number, a pair (base, tip), or a function of the arc length: a table, a callable or a profile.
+_Inputs: TypeAlias = ArrayLike | Mapping[str, ArrayLike]
 _Size: TypeAlias = (
     float | tuple[float, float] | tuple[ArrayLike, ArrayLike] | Callable[[float], float] | Profile
 )
@@ -1509,7 +1510,7 @@ class Robot(Model):
         *,
         name: str | None = None,
         t: ArrayLike | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> Any: ...
     def contact_forces(
         self, q: ArrayLike, qd: ArrayLike, *, name: str | None = None, t: ArrayLike | None = None
@@ -1529,7 +1530,7 @@ class Robot(Model):
         qd: ArrayLike,
         *,
         t: ArrayLike | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
         qdd: ArrayLike | None = None,
     ) -> Any: ...
     @property
@@ -1579,7 +1580,7 @@ class Robot(Model):
         *,
         link: str | None = None,
         t: ArrayLike | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> NDArray[np.float64]: ...
     def strain(
         self, q: ArrayLike, X: ArrayLike | None = None, *, link: str | None = None
@@ -1594,7 +1595,7 @@ class Robot(Model):
         link: str | None = None,
         t: ArrayLike | None = None,
         by: Literal["balance", "material"] = "balance",
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> NDArray[np.float64]: ...
     def reach(
         self,
@@ -1629,7 +1630,7 @@ class Robot(Model):
         qdd: ArrayLike,
         *,
         t: ArrayLike | None = None,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
     ) -> NDArray[np.float64]: ...
     def __getnewargs_ex__(self) -> tuple[tuple[Any, ...], dict[str, Any]]: ...
 
@@ -2080,7 +2081,7 @@ class Simulation:
         min_step: float = 0.0,
         max_seconds: float | None = None,
     ) -> Self: ...
-    def step(self, u: ArrayLike | None = None, duration: float | None = None) -> str: ...
+    def step(self, u: _Inputs | None = None, duration: float | None = None) -> str: ...
     def reset(
         self, *, q0: ArrayLike | None = None, v0: ArrayLike | None = None, t0: float | None = None
     ) -> None: ...
@@ -2513,7 +2514,7 @@ def actuate(
     *,
     inputs: str | Sequence[str] | None = None,
     limits: tuple[ArrayLike, ArrayLike] | Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
-    u: ArrayLike | None = None,
+    u: _Inputs | None = None,
     q0: ArrayLike | None = None,
     t: float = 0.0,
     tol: float = 1e-9,
@@ -2529,7 +2530,7 @@ def statics(
     tol: float = 1e-10,
     max_iter: int = 500,
     max_steps: int = 500,
-    u: ArrayLike | None = None,
+    u: _Inputs | None = None,
     stability: bool = True,
     space_error: bool | None = None,
 ) -> StaticsResult: ...
@@ -2544,7 +2545,7 @@ def continuation(
     max_steps: int = 500,
     t: float = 0.0,
     tol: float = 1e-10,
-    u: ArrayLike | None = None,
+    u: _Inputs | None = None,
     inputs: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
 ) -> ContinuationResult: ...
 
@@ -2595,4 +2596,4 @@ class ModesResult:
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
 
-def modes(model: Model, q: ArrayLike, *, t: float = 0.0, u: ArrayLike | None = None) -> ModesResult: ...
+def modes(model: Model, q: ArrayLike, *, t: float = 0.0, u: _Inputs | None = None) -> ModesResult: ...
