@@ -39,7 +39,15 @@ KINDS = {
     r"int( \| None)?": [*NO_NUMBERS, *TOO_LONG, "1.5"],
     r"str( \| None)?": NO_TEXT,
     r"bool( \| None)?": NO_FLAGS,
-    r"(ArrayLike|_Inputs)( \| None)?": ["'text'", "object()", "{'a': 1}", "1j", *TOO_LARGE, "[10**400]", "[[1, [2]]]"],
+    r"(ArrayLike|_Inputs)( \| None)?": [
+        "'text'",
+        "object()",
+        "{'a': 1}",
+        "1j",
+        *TOO_LARGE,
+        "[10**400]",
+        "[[1, [2]]]",
+    ],
     r"Vector|_Vector|Sequence\[float\]": ["'text'", "object()", "1j", "(10**400, 0, 0)", "[[1, [2]]]"],
     r"str \| PathLike\[str\]|str \| os.PathLike\[str\]": [
         "3",
