@@ -36,9 +36,11 @@ extractors!(number: convert::number => f64 {
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
-    X alpha beta control_step dt duration first_step gamma max_seconds max_step rho_inf t t0 t_end
+    X alpha beta control_step dt duration first_step gamma max_seconds max_step rho_inf t t0
     tol
 });
+// Of arguments that must be given: functions say what is missing beside keywords that they do not have.
+extractors!(given_number: given_numbers => Option<f64> { dt t_end });
 extractors!(whole: convert::whole => i64 { max_iter row });
 extractors!(optional_whole: optional_wholes => Option<i64> {
     count event_samples max_iter max_steps restarts workers
@@ -61,6 +63,10 @@ pub(super) fn optional<'a, 'py, T>(
 
 fn optional_numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64>> {
     optional(value, name, convert::number)
+}
+
+fn given_numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64>> {
+    convert::number(value, name).map(Some)
 }
 
 fn optional_wholes(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<i64>> {

@@ -136,7 +136,7 @@ const EVERY_STEP: &str = "steps";
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
     model: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = arguments::optional_number::t_end)] t_end: Option<f64>,
+    #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
@@ -567,7 +567,7 @@ const COMPARED_EVERY: f64 = 1e-2;
 )]
 pub(crate) fn choose_modes<'py>(
     #[pyo3(from_py_with = rod_of)] rod: &Bound<'py, PyRobot>,
-    #[pyo3(from_py_with = arguments::optional_number::t_end)] t_end: Option<f64>,
+    #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
     #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,

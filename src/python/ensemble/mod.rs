@@ -120,7 +120,7 @@ pub(super) use self::result::PyEnsembleResult;
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate_many<'py>(
     model: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = arguments::optional_number::t_end)] t_end: Option<f64>,
+    #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,

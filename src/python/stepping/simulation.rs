@@ -127,7 +127,7 @@ impl PySimulation {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         model: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
+        #[pyo3(from_py_with = arguments::given_number::dt)] dt: Option<f64>,
         method: Option<&Bound<'_, PyAny>>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,

@@ -543,7 +543,9 @@ def test_after_a_step_that_fails_other_inputs_go_on(method):
     np.testing.assert_allclose(simulation.q, reference.q, rtol=1e-5, atol=1e-9)
 
 
-@pytest.mark.parametrize("u", [[0.1], [0.1] * 5, [0.1, 0.2, np.nan, 0.0], [[0.1] * 4], "abcd", {}])
+@pytest.mark.parametrize(
+    "u", [[0.1], [0.1] * 5, [0.1, 0.2, np.nan, 0.0], [[0.1] * 4], "abcd", {"nothing": 0.1}]
+)
 def test_inputs_of_a_step_that_make_no_sense_are_refused(u):
     simulation = lissom.Simulation(pushed(), dt=1e-3)
     simulation.step()
