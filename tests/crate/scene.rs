@@ -231,7 +231,7 @@ fn impossible_loads_and_bodies_are_refused() {
     );
     assert_eq!(
         with("[[rod.body]]\nmass = 1\ninertia = [[1, 0, 0], [0, 1, 0]]"),
-        ["6:11: rod[0].body[0].inertia: got an array of 2; expected an array of 3 rows"]
+        ["6:11: rod[0].body[0].inertia: got an array of 2; expected an array of 3 numbers or of 3 rows"]
     );
     assert_eq!(
         with("[[rod.body]]\nmass = -1"),
