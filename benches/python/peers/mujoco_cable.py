@@ -1,6 +1,5 @@
 """The rubber rod by MuJoCo's cable plugin: rigid links with ball joints, inextensible and without shear."""
 
-import time
 from functools import partial
 
 import mujoco
@@ -8,18 +7,15 @@ import numpy as np
 from cases import (
     GRAVITY,
     LONGEST_RUN,
-    OUTPUT_STEP,
     QUICK_LONGEST_RUN,
     RUBBER_ROD,
-    TIMES,
     climb,
     on_one_core,
     packages,
     quick_requested,
-    record,
-    shortest,
     steps_per_output,
 )
+from mujoco_run import measured
 
 # Where the first link, which is held, lies: at the clamp as in MuJoCo's examples, or half a link earlier,
 # which puts the clamp where the discretisation has it.
@@ -59,7 +55,7 @@ def link_length(links: int, shift: float) -> float:
     return RUBBER_ROD.length / (links - shift)
 
 
-def build(links: int, shift: float, step: float, integrator: str) -> mujoco.MjModel:
+def build(links: int, shift: float, integrator: str, step: float) -> mujoco.MjModel:
     rod, length = RUBBER_ROD, link_length(links, shift)
     model = mujoco.MjModel.from_xml_string(
         MODEL.format(
@@ -87,27 +83,10 @@ def largest_frequency(length: float) -> float:
     return wave_number * RUBBER_ROD.sound_speed * slenderness / np.hypot(1.0, slenderness)
 
 
-def tips_of(model: mujoco.MjModel, steps: int) -> np.ndarray:
-    data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    last = model.nbody - 1
-    tips = np.empty((TIMES.size, 3))
-    for output in range(TIMES.size):
-        if output > 0:
-            mujoco.mj_step(model, data, nstep=steps)
-            mujoco.mj_kinematics(model, data)
-        axis = data.xmat[last].reshape(3, 3)[:, 0]
-        tips[output] = data.xpos[last] + 2.0 * model.geom_size[-1, 1] * axis
-    # MuJoCo starts anew from the initial state when it finds a state that is not finite.
-    unstable = any(
-        data.warning[kind].number
-        for kind in (
-            mujoco.mjtWarning.mjWARN_BADQPOS,
-            mujoco.mjtWarning.mjWARN_BADQVEL,
-            mujoco.mjtWarning.mjWARN_BADQACC,
-        )
-    )
-    return np.full_like(tips, np.inf) if unstable else tips
+def tip_of(model: mujoco.MjModel):
+    """The end of the last link."""
+    last, length = model.nbody - 1, 2.0 * model.geom_size[-1, 1]
+    return lambda data: data.xpos[last] + length * data.xmat[last].reshape(3, 3)[:, 0]
 
 
 def ladder(clamp: str, integrator: str, longest: float):
@@ -115,25 +94,10 @@ def ladder(clamp: str, integrator: str, longest: float):
     shift = CLAMPS[clamp]
     for links in LINKS[clamp]:
         largest = STABILITY[integrator] / largest_frequency(link_length(links, shift))
+        compiled = partial(build, links, shift, integrator)
         for steps in steps_per_output(largest, STEP_FRACTIONS):
-
-            def measure(links=links, steps=steps):
-                step = OUTPUT_STEP / steps
-                start = time.perf_counter()
-                model = build(links, shift, step, integrator)
-                compile_seconds = time.perf_counter() - start
-                tips, seconds = shortest(partial(tips_of, model, steps), longest)
-                return record(
-                    "rubber rod",
-                    f"MuJoCo cable, {clamp}",
-                    f"{links} links, {integrator}",
-                    f"dt = {step:.2e}",
-                    seconds,
-                    tips,
-                    compile_seconds,
-                )
-
-            yield measure
+            name = f"{links} links, {integrator}"
+            yield partial(measured, f"MuJoCo cable, {clamp}", name, compiled, tip_of, steps, longest)
 
 
 def main() -> None:

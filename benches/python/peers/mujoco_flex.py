@@ -6,7 +6,6 @@ length there by equality constraints, so that the rod only bends.
 """
 
 import math
-import time
 from functools import partial
 
 import mujoco
@@ -17,15 +16,13 @@ from cases import (
     OUTPUT_STEP,
     QUICK_LONGEST_RUN,
     RUBBER_ROD,
-    TIMES,
     climb,
     on_one_core,
     packages,
     quick_requested,
-    record,
-    shortest,
     steps_per_output,
 )
+from mujoco_run import measured
 
 # Where the first edge, whose two vertices are pinned, lies: in the rod, or half an edge earlier.
 CLAMPS = {"clamp as documented": 0.0, "clamp in mid-edge": 0.5}
@@ -62,7 +59,7 @@ def edge_length(edges: int, shift: float) -> float:
     return RUBBER_ROD.length / (edges - shift)
 
 
-def build(edges: int, shift: float, step: float, integrator: str) -> mujoco.MjModel:
+def build(edges: int, shift: float, integrator: str, step: float) -> mujoco.MjModel:
     rod, length = RUBBER_ROD, edge_length(edges, shift)
     spring = f'stiffness="{rod.young_modulus * rod.area / length!r}"'
     tie = f'equality="true" solref="{TIME_CONSTANT * step!r} 1"'
@@ -100,26 +97,10 @@ def largest_stable_step(length: float) -> float:
     return 2.0 / math.hypot(stretch, bending)
 
 
-def tips_of(model: mujoco.MjModel, steps: int) -> np.ndarray:
-    data = mujoco.MjData(model)
+def tip_of(model: mujoco.MjModel):
+    """The last vertex."""
     tip = int(np.flatnonzero(model.body_dofnum == 3)[-1])
-    tips = np.empty((TIMES.size, 3))
-    mujoco.mj_kinematics(model, data)
-    for output in range(TIMES.size):
-        if output > 0:
-            mujoco.mj_step(model, data, nstep=steps)
-            mujoco.mj_kinematics(model, data)
-        tips[output] = data.xpos[tip]
-    # MuJoCo starts anew from the initial state when it finds a state that is not finite.
-    unstable = any(
-        data.warning[kind].number
-        for kind in (
-            mujoco.mjtWarning.mjWARN_BADQPOS,
-            mujoco.mjtWarning.mjWARN_BADQVEL,
-            mujoco.mjtWarning.mjWARN_BADQACC,
-        )
-    )
-    return np.full_like(tips, np.inf) if unstable else tips
+    return lambda data: data.xpos[tip]
 
 
 def ladder(clamp: str, integrator: str, longest: float):
@@ -129,25 +110,10 @@ def ladder(clamp: str, integrator: str, longest: float):
     for edges in EDGES[clamp]:
         implicit = [round(OUTPUT_STEP / step) for step in IMPLICIT_STEPS]
         explicit = steps_per_output(largest_stable_step(edge_length(edges, shift)), STEP_FRACTIONS)
+        compiled = partial(build, edges, shift, integrator)
         for steps in explicit if integrator == "Euler" else implicit:
-
-            def measure(edges=edges, steps=steps):
-                step = OUTPUT_STEP / steps
-                start = time.perf_counter()
-                model = build(edges, shift, step, integrator)
-                compile_seconds = time.perf_counter() - start
-                tips, seconds = shortest(partial(tips_of, model, steps), longest)
-                return record(
-                    "rubber rod",
-                    f"{code}, {clamp}",
-                    f"{edges} edges, {integrator}",
-                    f"dt = {step:.2e}",
-                    seconds,
-                    tips,
-                    compile_seconds,
-                )
-
-            yield measure
+            name = f"{edges} edges, {integrator}"
+            yield partial(measured, f"{code}, {clamp}", name, compiled, tip_of, steps, longest)
 
 
 def main() -> None:

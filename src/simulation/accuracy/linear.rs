@@ -30,6 +30,9 @@ const LINEAR: f64 = 0.1;
 /// Steps that differ by less than this part are the same.
 const SAME: f64 = 1e-9;
 
+/// Below this half difference of exponents a vibration counts as critically damped, which is right to 1e-12; the quotient loses six digits there.
+const CRITICAL: f64 = 1e-6;
+
 /// Small motions of a model about its start at some times.
 pub(super) struct Linear {
     start: [Vec<f64>; 2],
@@ -158,7 +161,7 @@ impl Linear {
     }
 }
 
-/// Every so manieth time is taken.
+/// Distance, in times, of those at which responses are compared.
 fn stride(times: usize) -> usize {
     times.div_ceil(TIMES).max(1)
 }
@@ -197,7 +200,7 @@ fn transition(square: f64, damping: f64, h: f64) -> [[f64; 2]; 2] {
         let rate = (-discriminant).sqrt();
         let [slow, fast] = [(-half + rate) * h, (-half - rate) * h];
         let sine =
-            if rate * h > 1e-6 { 0.5 * (slow.exp() - fast.exp()) / rate } else { h * (-half * h).exp() };
+            if rate * h > CRITICAL { 0.5 * (slow.exp() - fast.exp()) / rate } else { h * (-half * h).exp() };
         (0.5 * (slow.exp() + fast.exp()), sine)
     };
     [[cosine + half * sine, sine], [-square * sine, cosine - half * sine]]

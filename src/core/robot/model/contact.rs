@@ -210,8 +210,8 @@ impl InImpact for RobotModel {
         }
         let [q_after, qd_after, qdd] = motion;
         // A step begins where the last one ended.
-        let (before, of_overlaps) = self.noted_energy([q, qd]);
-        let (after, of_more) = self.noted_energy([q_after, qd_after]);
+        let (before, of_overlaps) = self.cached_energy([q, qd]);
+        let (after, of_more) = self.cached_energy([q_after, qd_after]);
         let of_overlaps = of_overlaps.max(of_more);
         // The end of the step is evaluated last, for later queries about contact points there.
         self.touch([q_after, qd_after]);
@@ -246,8 +246,8 @@ impl InImpact for RobotModel {
 
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {
         let [q, qd, qdd] = motion;
-        let (at_start, _) = self.noted_energy(before);
-        let (at_end, _) = self.noted_energy([q, qd]);
+        let (at_start, _) = self.cached_energy(before);
+        let (at_end, _) = self.cached_energy([q, qd]);
         let supplied = if self.facts.is_driven { self.supplied_power(q, qd, qdd).abs() } else { 0.0 };
         let mut colliding_parts = std::mem::take(&mut self.colliding_parts);
         colliding_parts.find(self, [before, [q, qd]]);

@@ -77,7 +77,7 @@ pub struct RobotModel {
     /// Whether the set of taut inextensible tendons is fixed.
     slack_is_kept: bool,
     /// The energies at the ends of the step that is tested for a gain.
-    cached: NotedEnergies,
+    cached: CachedEnergies,
     /// The parts under contact forces.
     colliding_parts: CollidingParts,
 }
@@ -92,31 +92,32 @@ struct CachedEnergy {
 
 /// Those of two states, the latest first.
 #[derive(Clone, Debug, Default)]
-struct NotedEnergies([CachedEnergy; 2]);
+struct CachedEnergies([CachedEnergy; 2]);
 
-impl NotedEnergies {
+impl CachedEnergies {
     /// The energy of a state and of the overlaps in it, if they are known.
     fn of(&self, state: [&[f64]; 2]) -> Option<(Energy, f64)> {
         if state[0].is_empty() {
             return None;
         }
-        let is_it = |noted: &&CachedEnergy| noted.of.iter().zip(state).all(|(noted, values)| noted == values);
-        self.0.iter().find(is_it).map(|noted| (noted.energy, noted.of_overlaps))
+        let is_it =
+            |cached: &&CachedEnergy| cached.of.iter().zip(state).all(|(cached, values)| cached == values);
+        self.0.iter().find(is_it).map(|cached| (cached.energy, cached.of_overlaps))
     }
 
     /// Notes them in place of the older ones.
-    fn note(&mut self, state: [&[f64]; 2], (energy, of_overlaps): (Energy, f64)) {
+    fn store(&mut self, state: [&[f64]; 2], (energy, of_overlaps): (Energy, f64)) {
         self.0.swap(0, 1);
         let [latest, _] = &mut self.0;
         (latest.energy, latest.of_overlaps) = (energy, of_overlaps);
-        for (noted, values) in latest.of.iter_mut().zip(state) {
-            noted.clear();
-            noted.extend_from_slice(values);
+        for (cached, values) in latest.of.iter_mut().zip(state) {
+            cached.clear();
+            cached.extend_from_slice(values);
         }
     }
 
     fn forget(&mut self) {
-        self.0.iter_mut().flat_map(|noted| &mut noted.of).for_each(Vec::clear);
+        self.0.iter_mut().flat_map(|cached| &mut cached.of).for_each(Vec::clear);
     }
 }
 
@@ -233,7 +234,7 @@ impl RobotModel {
             steps: f64::NAN,
             ends: Arc::new([]),
             slack_is_kept: false,
-            cached: NotedEnergies::default(),
+            cached: CachedEnergies::default(),
             colliding_parts: CollidingParts::default(),
         };
         model.check_inertia()?;
@@ -552,14 +553,14 @@ impl RobotModel {
         Some(robot.loops.iter().map(of_loop).collect())
     }
 
-    /// The energy of a state, and that of the overlaps in it; both are noted.
-    fn noted_energy(&mut self, state: [&[f64]; 2]) -> (Energy, f64) {
+    /// The energy of a state, and that of the overlaps in it; both are cached.
+    fn cached_energy(&mut self, state: [&[f64]; 2]) -> (Energy, f64) {
         if let Some(known) = self.cached.of(state) {
             return known;
         }
         let energy = self.energy(state[0], state[1]);
         let of_overlaps = on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy());
-        self.cached.note(state, (energy, of_overlaps));
+        self.cached.store(state, (energy, of_overlaps));
         (energy, of_overlaps)
     }
 
