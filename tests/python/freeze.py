@@ -3,12 +3,12 @@
     python tests/python/freeze.py record results/freeze     # before
     python tests/python/freeze.py compare results/freeze    # after
 
-Frozen are runs, equilibria, verdicts and modes of all scenes and of random robots with every
-effect; forces, tangents, energies and poses in random states; messages about broken scenes,
-word by word; and the signatures of all public names. Code that was only moved leaves every bit
-(`--rtol 0`); by default arrays may change by 1e-12 of their largest number. `compare` lists what
-differs and the largest change of each kind of quantity, and ends with 1 if there is any. The
-numbers are those of one machine: compare on the same one.
+Frozen are runs, equilibria, verdicts and modes of all scenes, which are those of the gallery, and
+of random robots with every effect; forces, tangents, energies and poses in random states;
+messages about broken scenes, word by word; and the signatures of all public names. Code that was
+only moved leaves every bit (`--rtol 0`); by default arrays may change by 1e-12 of their largest
+number. `compare` lists what differs and the largest change of each kind of quantity, and ends
+with 1 if there is any. The numbers are those of one machine: compare on the same one.
 """
 
 import argparse

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import Robot, finite_array
 from ..common.arguments import keywords, number, sequence
-from ..methods import shorthand
 from .equilibria import OF_STATICS, differentiated, equilibrium_sensitivity, numbers_of
 from .measurements import OF_PLACES, NaturalFrequencies, RecordedMotion, StaticShapes
 from .parameters import START
 from .sensitivities import OF_SCHEME, OF_STEPS, sensitivity
+from .shorthand import shorthand
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import Model, simulate_many
-from ..methods import Newmark, shorthand
+from ..methods import Newmark
 from .parameters import START, model_with, names_of, resolved
 from .sensitivities import NEWMARK, OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
+from .shorthand import shorthand
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from .._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
 from ..common.arguments import keywords, text
 from ..common.interruption import Keeping
-from ..methods import Newmark, Radau, shorthand
+from ..methods import Newmark, Radau
 from .base import ParameterResult
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
+from .shorthand import shorthand
 
 Array = NDArray[np.float64]
 

@@ -1,12 +1,12 @@
 """Methods of simulations with their options."""
 
-from typing import Any, Literal
+from typing import Literal
 
 from numpy.typing import ArrayLike
 
 from .._lissom import Part
 
-__all__ = ["DOP853", "RK45", "Auto", "Newmark", "Radau"]
+__all__ = ["DOP853", "RK45", "Auto", "Newmark", "QuasiStatic", "Radau"]
 
 # Classes that are made from the tables of `description`; `test_description.py` compares them.
 class Newmark(Part):
@@ -160,4 +160,3 @@ class Auto(Part):
     def space_error(self) -> bool: ...
 
 # End of these classes.
-def shorthand(method: Any, options: dict[str, Any]) -> tuple[Any, dict[str, Any]]: ...
