@@ -1,5 +1,7 @@
 //! `lissom.SpringPendulum`.
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -91,6 +93,19 @@ impl PySpringPendulum {
             self.stiffness(),
             self.gravity()
         )
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.0 == other.0
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        // Zeros of both signs are equal.
+        [self.length(), self.mass(), self.stiffness(), self.gravity() + 0.0]
+            .map(f64::to_bits)
+            .hash(&mut hasher);
+        hasher.finish()
     }
 
     /// For copies and pickles.

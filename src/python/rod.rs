@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::part::{describe_model, model_of, new_arguments, resolved};
-use super::robot::PyRobot;
+use super::robot::{PyRobot, hash_of};
 use super::signal::Functions;
 use crate::description::schema::Part;
 use crate::python::errors::OrRaise as _;
@@ -81,6 +81,16 @@ impl PyRod {
             self.description.length(),
             self.description.coordinates()
         )
+    }
+
+    /// Rods are equal if their descriptions are.
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, Self>) -> bool {
+        let are_alike = slf.get_type().is(other.get_type());
+        are_alike && (slf.is(other) || slf.get().description == other.get().description)
+    }
+
+    fn __hash__(slf: &Bound<'_, Self>) -> u64 {
+        hash_of(slf.as_super().get().description())
     }
 
     /// For copies and pickles.

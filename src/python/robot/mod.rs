@@ -11,6 +11,8 @@ mod targets;
 mod touching;
 mod wrenches;
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PySlice, PyTuple};
@@ -23,9 +25,16 @@ use super::reach::{PyReachResult, ReachArguments};
 use super::signal::Functions;
 use crate::python::errors::OrRaise as _;
 use crate::python::words::no_others;
-use crate::robot::{Kernel, Multiplications, described};
+use crate::robot::{Kernel, Multiplications, Robot, described};
 
 pub(super) use self::class::{PyRobot, describe_class};
+
+/// A hash that equal robots share, of names alone: functions of time may have no hash.
+pub(super) fn hash_of(robot: &Robot) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    robot.coordinate_names().hash(&mut hasher);
+    hasher.finish()
+}
 
 #[pymethods]
 impl PyRobot {
@@ -40,6 +49,16 @@ impl PyRobot {
         let described = model_of::<described::Robot>(args, kwargs, &mut functions)?;
         let (robot, _) = resolved(args.py(), |reader| described.resolved(false, reader))?;
         Self::initializer(robot)
+    }
+
+    /// Robots are equal if their descriptions are.
+    fn __eq__(slf: &Bound<'_, Self>, other: &Bound<'_, Self>) -> bool {
+        let are_alike = slf.get_type().is(other.get_type());
+        are_alike && (slf.is(other) || slf.get().description() == other.get().description())
+    }
+
+    fn __hash__(&self) -> u64 {
+        hash_of(self.description())
     }
 
     /// Create a robot from a URDF file and additional links.

@@ -113,6 +113,64 @@ def test_robots_are_read_back_equal_and_move_alike(tmp_path):
     assert lissom.Scene.load(file).text == scene.text
 
 
+BENT = lissom.Segment(
+    0.3, (0.01, 0.005), 1e6, poisson_ratio=0.45, density=1100.0, modes={"bend_y": 2, "stretch": 1}, nodes=9
+)
+BOX = lissom.Segment(
+    0.2,
+    section=lissom.Section.rectangle(0.02, 0.01),
+    young_modulus=1e6,
+    shear_modulus=4e5,
+    density=1000.0,
+    modes={"bend_z": 2},
+    retardation_time=0.01,
+    reference_strain=(0.0, 1.0, 0.5, 1.0, 0.0, 0.0),
+    basis="legendre",
+)
+#: Rods with defaults, poses, materials and parts.
+RODS = {
+    "defaults": {"segments": [BENT]},
+    "materials": {"segments": [BENT, BOX], "gravity": (0, 1, 0)},
+    "pose": {
+        "segments": [BENT],
+        "base_position": (0.1, -0.2, 0.3),
+        "base_orientation": (np.sqrt(0.5), 0, np.sqrt(0.5), 0),
+    },
+    "tip": {"segments": [BOX], "tip_force": (0, 0, -1), "tip_moment": (0, 0.1, 0), "tip_mass": 0.02},
+    "parts": {
+        "segments": [BENT],
+        "loads": [Load(force=(0, 0, -1), at=0.2), Load(moment=(0, 0.1, 0))],
+        "bodies": [Body(0.01, at=0.1)],
+        "contacts": [Contact("rod", lissom.HalfSpace((0, 0, -1)), stiffness=1e4)],
+        "fluid": lissom.Fluid(1000.0),
+        "actuators": [lissom.Tendon("pull", [lissom.Along("rod", (0, 0.003))], tension=1.0)],
+    },
+}
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_rods_are_equal_by_what_describes_them(name):
+    rod = lissom.Rod(**RODS[name])
+    back = rod.to_scene().model
+    for other in (lissom.Rod(**RODS[name]), back, copy.copy(rod), pickle.loads(pickle.dumps(rod))):
+        assert other == rod
+        assert hash(other) == hash(rod)
+    assert rod != lissom.Rod(**RODS[name] | {"gravity": (0, 0, -1)})
+    robot = Robot(rod.links)
+    assert rod != robot
+    assert robot == Robot(rod.links)
+    assert robot.to_scene().model == robot
+    assert rod != lissom.SpringPendulum()
+    assert rod != "rod"
+
+
+def test_pendulums_are_equal_by_their_numbers():
+    pendulum = lissom.SpringPendulum(mass=2.0, gravity=0.0)
+    assert pendulum.to_scene().model == pendulum == lissom.SpringPendulum(mass=2.0, gravity=-0.0)
+    assert hash(pendulum) == hash(lissom.SpringPendulum(mass=2.0, gravity=-0.0))
+    assert pendulum != lissom.SpringPendulum()
+
+
 def test_what_files_cannot_hold_is_named():
     slider = Link("slider", joint=Prismatic((1, 0, 0)), body=Body(1.0))
     functions = {
