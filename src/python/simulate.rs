@@ -78,10 +78,10 @@ const EVERY_STEP: &str = "steps";
 /// beta, gamma : float
 ///     Parameters of method 'newmark'; other methods do not accept them.
 /// alpha : float, optional
-///     Parameter of method 'hht', in [-1/3, 0]; by default -0.1.
+///     Parameter of method 'hht', in [-1/3, 0]; by default -0.1. With it, 'newmark' is that method.
 /// rho_inf : float, optional
-///     Parameter of method 'generalised_alpha', in [0, 1]: the spectral radius at infinite frequency, that is, the factor by
-///     which a step multiplies infinitely fast oscillations. By default 0.8.
+///     Parameter of method 'generalised_alpha', which 'newmark' is with it, in [0, 1]: the spectral radius at infinite
+///     frequency, that is, the factor by which a step multiplies infinitely fast oscillations. By default 0.8.
 /// adaptive : bool
 ///     Whether the Newmark family adapts its steps by an error estimate, starting with `dt`. The other methods are always
 ///     adaptive.

@@ -397,11 +397,11 @@ impl Scheme {
 
 impl Parameters {
     /// Parameters of the scheme with one of the names in [`METHODS`] (or `generalized_alpha`), with its defaults; those of `newmark` are
-    /// unchanged. Parameters that the method does not have are rejected.
+    /// unchanged, and may be of any scheme, as for [`Scheme::with`]. Parameters that the method does not have are rejected.
     pub fn by_name(name: &str, given: &Self) -> Result<Self, InvalidInput> {
         let Self { beta, gamma, alpha, rho_inf } = *given;
         let taken: &[&str] = match name {
-            "newmark" => &["beta", "gamma"],
+            "newmark" => &["beta", "gamma", "alpha", "rho_inf"],
             "hht" => &["alpha"],
             "generalised_alpha" | "generalized_alpha" => &["rho_inf"],
             _ if METHODS.contains(&name) => &[],

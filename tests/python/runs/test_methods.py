@@ -27,6 +27,8 @@ PAIRS = [
     (methods.Newmark(alpha=-0.1), {"method": "hht"}),
     (methods.Newmark(rho_inf=0.6), {"method": "generalised_alpha", "rho_inf": 0.6}),
     (methods.Newmark(rho_inf=0.8), {"method": "generalised_alpha"}),
+    (methods.Newmark(rho_inf=0.6), {"rho_inf": 0.6}),
+    (methods.Newmark(alpha=-0.2), {"method": "newmark", "alpha": -0.2}),
     (methods.Newmark(rtol=1e-9, atol=0.0), {"rtol": 1e-9, "atol": 0.0}),
     (methods.Newmark(rtol=[1e-9, 1e-8, 1e-7, 1e-6]), {"rtol": [1e-9, 1e-8, 1e-7, 1e-6]}),
     (

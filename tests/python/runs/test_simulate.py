@@ -404,7 +404,7 @@ def test_any_array_will_do(make):
         (r"t_eval\[1\]: got 2", {"t_eval": [0.5, 2.0]}),
         (r"t_eval\[1\]: got 2", {"t_eval": [0.5, 2.0], "method": "dop853"}),
         ("beta: got 2, expected", {"beta": 2.0}),
-        ('rho_inf: .*"newmark" has no rho_inf', {"rho_inf": 0.5}),
+        ("beta: .*rho_inf and beta are parameters of different methods", {"rho_inf": 0.5, "beta": 0.3}),
         ("alpha: got 1, ", {"method": "hht", "alpha": 1.0}),
         (
             "beta: an option of the Newmark family, which the method .rk45. does not have",

@@ -847,7 +847,7 @@ def refuse(error, message, *args, **options):
             'rho_inf: got 0.5, expected nothing: method "hht" has no rho_inf',
             {"method": "hht", "rho_inf": 0.5},
         ),
-        ('alpha: .* method "newmark" has no alpha', {"alpha": -0.1}),
+        ("alpha: .* rho_inf and alpha are parameters of different methods", {"alpha": -0.1, "rho_inf": 0.5}),
         ('beta: .* method "fox_goodwin" has no beta', {"method": "fox_goodwin", "beta": 0.2}),
         ('gamma: .* method "hht" has no gamma', {"method": "hht", "gamma": 0.6}),
         ('method: got "euler", expected one of "newmark", .*"generalised_alpha"$', {"method": "euler"}),
