@@ -7,7 +7,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
-use lissom::roots::{Derivative, Method, Newton, Options, Reuse, System};
+use lissom::roots::{Derivative, Method, Newton, NonlinearSystem, Options, Reuse};
 
 /// The discrete integral equation of Moré, Garbow and Hillstrom (1981): a dense Jacobian close to the identity.
 struct IntegralEquation {
@@ -30,7 +30,7 @@ impl IntegralEquation {
     }
 }
 
-impl System for IntegralEquation {
+impl NonlinearSystem for IntegralEquation {
     fn unknowns(&self) -> usize {
         self.grid.len()
     }

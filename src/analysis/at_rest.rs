@@ -12,13 +12,13 @@ pub(crate) const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// Magnitudes of generalised forces below this fraction of the largest one of the same part are rounding: no force does work along such
 /// a coordinate.
-const NOTHING: f64 = 1e-5;
+const NEGLIGIBLE_FORCE: f64 = 1e-5;
 
 /// Gaps up to this part of their sizes are those of closed loops and taut tendons.
-const CLOSED: f64 = 1e-9;
+const LARGEST_CLOSED_GAP: f64 = 1e-9;
 
 /// A gap displaces the constraint force relative to both of its ends.
-const SIDES: f64 = 2.0;
+const ENDS_OF_A_GAP: f64 = 2.0;
 
 /// Rounding of a stiffness over n coordinates, in units of n eps times the sum of the magnitudes of its terms: each is itself a sum of
 /// products of rotations, and a change of charts multiplies it once more.
@@ -27,7 +27,7 @@ pub(crate) const ROUNDING: f64 = 16.0;
 /// Central differences of eighth order (Fornberg 1988, table 1), and their step in sizes, whose eighth power over 630, the relative
 /// error, is rounding.
 const DIFFERENCES: [f64; 4] = [4.0 / 5.0, -1.0 / 5.0, 4.0 / 105.0, -1.0 / 280.0];
-pub(crate) const APART: f64 = 0.03;
+pub(crate) const DIFFERENCE_STEP: f64 = 0.03;
 
 /// A sum of matrices, and the sum of the magnitudes of their entries.
 pub(crate) struct Sum {
@@ -45,16 +45,16 @@ pub(crate) struct AtRest<'a> {
     pub(crate) multipliers: &'a [f64],
     /// Springs and taut tendons, whose forces are prescribed, and these forces.
     pub(crate) ties: &'a Ties,
-    pub(crate) held: &'a [f64],
+    pub(crate) tie_forces: &'a [f64],
 }
 
 impl AtRest<'_> {
     /// Evaluates the whole model, the model without constraint forces, and the model also without contacts, each with the prescribed
     /// forces of springs and taut tendons.
     fn each<T: Clone>(&mut self, mut get: impl FnMut(&mut dyn Static) -> T) -> [T; 3] {
-        let Self { multipliers, ties, held, .. } = *self;
+        let Self { multipliers, ties, tie_forces, .. } = *self;
         let none = vec![0.0; multipliers.len()];
-        ties.hold(self.model, held, multipliers);
+        ties.hold(self.model, tie_forces, multipliers);
         if !multipliers.is_empty() {
             self.model.set_multipliers(multipliers);
         }
@@ -62,7 +62,7 @@ impl AtRest<'_> {
         let mut unconstrained = whole.clone();
         if !multipliers.is_empty() {
             self.model.set_multipliers(&none);
-            ties.hold(self.model, held, &none);
+            ties.hold(self.model, tie_forces, &none);
             unconstrained = get(self.model);
         }
         let mut untouched = unconstrained.clone();
@@ -82,27 +82,31 @@ impl AtRest<'_> {
         material: &Matrix,
         reference: impl Fn(&Matrix) -> Vec<f64>,
     ) -> Option<(Normalised, Vec<f64>)> {
-        let Some(own) = &self.ties.all else {
+        let Some(springs) = &self.ties.all else {
             self.ties.hold(self.model, &[], self.multipliers);
             let stiffness = self.tangent([1.0, 0.0, 0.0]);
             self.ties.release(self.model);
             return Some((Normalised::new(material, None, || reference(&stiffness))?, Vec::new()));
         };
-        let normalised = Normalised::new(material, Some(own), || reference(material))?;
-        let [residual, _] = self.held_by(&own.forces).forces();
-        let forces = normalised.forces_at_equilibrium(own, &normalised.forces(&residual));
+        let normalised = Normalised::new(material, Some(springs), || reference(material))?;
+        let [residual, _] = self.with_tie_forces(&springs.forces).forces();
+        let forces = normalised.forces_at_equilibrium(springs, &normalised.forces(&residual));
         Some((normalised, forces))
     }
 
     /// The same with other forces of springs and tendons.
-    pub(crate) fn held_by<'b>(&'b mut self, held: &'b [f64]) -> AtRest<'b> {
-        AtRest { model: &mut *self.model, held, ..*self }
+    pub(crate) fn with_tie_forces<'b>(&'b mut self, tie_forces: &'b [f64]) -> AtRest<'b> {
+        AtRest { model: &mut *self.model, tie_forces, ..*self }
     }
 
-    /// `own + load_factor loads + constraints`.
-    fn under_load(&self, own: f64, unconstrained: f64, whole: f64) -> f64 {
+    /// `elastic + load_factor loads + constraints`.
+    fn under_load(&self, elastic: f64, unconstrained: f64, whole: f64) -> f64 {
         let loads = self.load_factor;
-        if loads == 1.0 { whole } else { own + loads * (unconstrained - own) + (whole - unconstrained) }
+        if loads == 1.0 {
+            whole
+        } else {
+            elastic + loads * (unconstrained - elastic) + (whole - unconstrained)
+        }
     }
 
     pub(crate) fn tangent(&mut self, weights: [f64; 3]) -> Matrix {
@@ -123,7 +127,7 @@ impl AtRest<'_> {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
         let mut elastic = Matrix::zeros(q.len(), q.len());
-        self.ties.hold(self.model, self.held, self.multipliers);
+        self.ties.hold(self.model, self.tie_forces, self.multipliers);
         self.model.elastic_tangent(q, &mut elastic);
         let between = normalised::work_of_interactions(self.model, q, sizes);
         let elastic = scaled(elastic, sizes);
@@ -136,10 +140,10 @@ impl AtRest<'_> {
         let (mut total, mut magnitudes) = (material.abs(), material.abs());
         for k in 0..total.len() {
             let [whole, unconstrained, untouched] = [0, 1, 2].map(|part| parts[part][k]);
-            let own = elastic[k];
-            total[k] = self.under_load(own, unconstrained, whole);
+            let elastic = elastic[k];
+            total[k] = self.under_load(elastic, unconstrained, whole);
             magnitudes[k] +=
-                self.magnitude((own - material[k]).abs(), own, [whole, unconstrained, untouched]);
+                self.magnitude((elastic - material[k]).abs(), elastic, [whole, unconstrained, untouched]);
         }
         // Entries of loads are sums of products that may cancel: they are bounded by the magnitudes of the loads in any direction and of
         // the constraint wrenches of joints.
@@ -178,7 +182,7 @@ impl AtRest<'_> {
         let Self { q, sizes, .. } = *self;
         let rest = vec![0.0; q.len()];
         let mut elastic = rest.clone();
-        self.ties.hold(self.model, self.held, self.multipliers);
+        self.ties.hold(self.model, self.tie_forces, self.multipliers);
         self.model.elastic_forces(q, &mut elastic);
         let between = normalised::work_of_interactions(self.model, q, sizes);
         let parts = self.each(|model| {
@@ -197,10 +201,10 @@ impl AtRest<'_> {
         [total, work]
     }
 
-    /// The sum of the magnitudes of elasticity, loads, contacts and constraints.
-    fn magnitude(&self, elastic: f64, own: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
-        let by_loads = (untouched - own).abs() + (unconstrained - untouched).abs();
-        elastic + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
+    /// The sum of the magnitudes of elasticity (`size`), loads, contacts and constraints.
+    fn magnitude(&self, size: f64, elastic: f64, [whole, unconstrained, untouched]: [f64; 3]) -> f64 {
+        let by_loads = (untouched - elastic).abs() + (unconstrained - untouched).abs();
+        size + self.load_factor.abs() * by_loads + (whole - unconstrained).abs()
     }
 
     /// The residual, limited to what tolerance and rounding of coordinates explain; with a larger residual the shape is no equilibrium.
@@ -211,11 +215,11 @@ impl AtRest<'_> {
         residual.iter().enumerate().map(|(k, force)| force.min(most(k)).max(-most(k))).collect()
     }
 
-    /// Magnitudes of forces along each coordinate, at least [`NOTHING`] of the largest one of the same part.
+    /// Magnitudes of forces along each coordinate, at least [`NEGLIGIBLE_FORCE`] of the largest one of the same part.
     pub(crate) fn most_work(&self, work: &[f64]) -> Vec<f64> {
         let mut most = work.to_vec();
         for range in self.parts() {
-            let least = NOTHING * most[range.clone()].iter().copied().fold(0.0, f64::max);
+            let least = NEGLIGIBLE_FORCE * most[range.clone()].iter().copied().fold(0.0, f64::max);
             most[range].iter_mut().for_each(|work| *work = work.max(least));
         }
         most
@@ -281,10 +285,12 @@ impl AtRest<'_> {
         let work: Vec<f64> =
             self.multipliers.iter().zip(gap_sizes).map(|(force, size)| force * size).collect();
         for range in self.parts() {
-            let is_own = |i: usize| relative[i].abs() <= CLOSED && range.clone().any(|k| rows[(i, k)] != 0.0);
+            let is_own = |i: usize| {
+                relative[i].abs() <= LARGEST_CLOSED_GAP && range.clone().any(|k| rows[(i, k)] != 0.0)
+            };
             let size =
                 |values: &[f64]| (0..m).filter(|&i| is_own(i)).map(|i| values[i].powi(2)).sum::<f64>().sqrt();
-            let most = SIDES * size(&work) * (size(&relative) + f64::EPSILON);
+            let most = ENDS_OF_A_GAP * size(&work) * (size(&relative) + f64::EPSILON);
             change.view_mut((range.start, range.start), (range.len(), range.len())).fill(most);
         }
         change
@@ -296,37 +302,37 @@ impl AtRest<'_> {
     pub(crate) fn mismatch(&mut self, directions: &Matrix) -> Matrix {
         let Self { q, sizes, load_factor, multipliers, .. } = *self;
         let (n, rest) = (q.len(), vec![0.0; q.len()]);
-        let under_load = |own: f64, whole: f64| own + load_factor * (whole - own);
-        let tensions = self.ties.tensions(self.held, multipliers);
-        let (ties, held) = (self.ties, self.held);
+        let under_load = |elastic: f64, whole: f64| elastic + load_factor * (whole - elastic);
+        let tensions = self.ties.tensions(self.tie_forces, multipliers);
+        let (ties, tie_forces) = (self.ties, self.tie_forces);
         let model = &mut *self.model;
-        ties.hold(model, held, multipliers);
+        ties.hold(model, tie_forces, multipliers);
         if !multipliers.is_empty() {
             model.set_multipliers(multipliers);
         }
-        model.hold_cords(Some(&tensions));
+        model.hold_length_tendons(Some(&tensions));
         model.leave_contact(true);
-        let [mut own, mut whole] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
-        model.elastic_tangent(q, &mut own);
+        let [mut elastic, mut whole] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
+        model.elastic_tangent(q, &mut elastic);
         model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut whole);
-        let mut mismatch = -(scaled(own.zip_map(&whole, under_load), sizes) * directions);
-        let [mut own, mut whole] = [rest.clone(), rest.clone()];
+        let mut mismatch = -(scaled(elastic.zip_map(&whole, under_load), sizes) * directions);
+        let [mut elastic, mut whole] = [rest.clone(), rest.clone()];
         for (along, mut mismatch) in directions.column_iter().zip(mismatch.column_iter_mut()) {
-            let step = APART / along.amax();
+            let step = DIFFERENCE_STEP / along.amax();
             let weighted = DIFFERENCES.into_iter().zip([1.0, 2.0, 3.0, 4.0]);
             for (weight, distance) in weighted.flat_map(|(weight, k)| [(weight, k), (-weight, -k)]) {
                 let moved = q.iter().zip(sizes).zip(along.iter());
                 let moved: Vec<f64> = moved.map(|((q, size), x)| q + size * (distance * step * x)).collect();
-                model.elastic_forces(&moved, &mut own);
+                model.elastic_forces(&moved, &mut elastic);
                 model.inverse_dynamics(&moved, &rest, &rest, &mut whole);
                 for k in 0..n {
-                    mismatch[k] += weight * sizes[k] * under_load(own[k], whole[k]) / step;
+                    mismatch[k] += weight * sizes[k] * under_load(elastic[k], whole[k]) / step;
                 }
             }
         }
         model.leave_contact(false);
         ties.release(model);
-        model.hold_cords(None);
+        model.hold_length_tendons(None);
         if !multipliers.is_empty() {
             model.set_multipliers(&vec![0.0; multipliers.len()]);
         }

@@ -12,7 +12,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-use crate::analysis::small_motions::{GROWING, Modal, SmallMotions, small_motions};
+use crate::analysis::small_motions::{Modal, SMALLEST_GROWTH_RATE, SmallMotions, small_motions};
 use crate::analysis::stability::{Stability, verdict};
 use crate::model::Static;
 use crate::model::constraint::one_sided;
@@ -114,9 +114,9 @@ impl SmallMotions {
 
     /// Undamped modes, and the effect of damping on each.
     fn classical(&self, modal: &Modal) -> Modes {
-        let Modal { squares, shapes, damping, .. } = modal;
+        let Modal { squared_frequencies, shapes, damping, .. } = modal;
         let mut modes = Modes::empty(true);
-        for (i, &square) in squares.iter().enumerate() {
+        for (i, &square) in squared_frequencies.iter().enumerate() {
             let half = 0.5 * damping[(i, i)];
             let discriminant = half * half - square;
             let eigenvalue = if discriminant < 0.0 {
@@ -175,10 +175,10 @@ impl SmallMotions {
 
 impl Modal {
     fn is_uncoupled(&self) -> bool {
-        let Self { squares, damping, .. } = self;
+        let Self { squared_frequencies, damping, .. } = self;
         (0..self.n()).all(|j| {
             (0..j).all(|i| {
-                let gap = (squares[i] - squares[j]).abs();
+                let gap = (squared_frequencies[i] - squared_frequencies[j]).abs();
                 damping[(i, j)].powi(2) <= UNCOUPLED * gap
             })
         })
@@ -188,7 +188,7 @@ impl Modal {
 impl Modes {
     /// Eigenvalues of growing motions.
     pub fn growing(&self) -> impl Iterator<Item = Complex> {
-        self.eigenvalues.iter().copied().filter(|s| s.re > GROWING * s.norm())
+        self.eigenvalues.iter().copied().filter(|s| s.re > SMALLEST_GROWTH_RATE * s.norm())
     }
 
     fn empty(is_classical: bool) -> Self {

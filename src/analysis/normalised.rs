@@ -4,7 +4,7 @@
 //! coordinates alone then follows a narrow curved valley: a step of size s leaves the valley by s^2, where
 //! forces are unrelated to those at equilibrium. In the mixed formulation the forces of springs are
 //! separate unknowns (Magisano, Leonetti and Garcea 2017, "Advantages of the mixed format in geometrically
-//! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *held*
+//! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *fixed*
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
 use crate::model::Static;
@@ -131,19 +131,19 @@ impl Normalised {
         }
     }
 
-    /// Tangent of forces and springs together, from the tangent at held forces.
-    pub(crate) fn tangent(&self, held: &Matrix, springs: Option<&Springs>) -> Matrix {
-        let Some(springs) = springs else { return self.matrix(held) };
+    /// Tangent of forces and springs together, from the tangent at fixed forces.
+    pub(crate) fn tangent(&self, a: &Matrix, springs: Option<&Springs>) -> Matrix {
+        let Some(springs) = springs else { return self.matrix(a) };
         let rest = springs.jacobian.tr_mul(&(&springs.rest * &springs.jacobian));
-        self.matrix(&(held + rest)) + &self.springs * self.springs.transpose()
+        self.matrix(&(a + rest)) + &self.springs * self.springs.transpose()
     }
 
-    /// The sum of the magnitudes of all terms of such a tangent, from the magnitudes of those at held forces.
-    pub(crate) fn magnitudes(&self, held: &Matrix, springs: Option<&Springs>) -> Matrix {
-        let Some(springs) = springs else { return self.sizes().matrix(held) };
+    /// The sum of the magnitudes of all terms of such a tangent, from the magnitudes of those at fixed forces.
+    pub(crate) fn magnitudes(&self, a: &Matrix, springs: Option<&Springs>) -> Matrix {
+        let Some(springs) = springs else { return self.sizes().matrix(a) };
         let moved = springs.jacobian.abs();
         let rest = moved.tr_mul(&(springs.rest.abs() * &moved));
-        self.sizes().matrix(&(held + rest)) + self.springs.abs() * self.springs.abs().transpose()
+        self.sizes().matrix(&(a + rest)) + self.springs.abs() * self.springs.abs().transpose()
     }
 
     /// With the magnitudes of the entries of W.
@@ -155,13 +155,13 @@ impl Normalised {
         Self { basis, springs: Matrix::zeros(self.springs.nrows(), 0) }
     }
 
-    /// Normalised residual of forces and springs together, from the residual at held forces.
-    pub(crate) fn residual(&self, at_held: &[f64], springs: Option<&Springs>, held: &[f64]) -> Vec<f64> {
-        let Some(springs) = springs else { return self.forces(at_held) };
-        let [amplitudes, left] = springs.mismatch(held);
-        let n = at_held.len();
+    /// Normalised residual of forces and springs together, from the residual at fixed forces.
+    pub(crate) fn residual(&self, residual: &[f64], springs: Option<&Springs>, forces: &[f64]) -> Vec<f64> {
+        let Some(springs) = springs else { return self.forces(residual) };
+        let [amplitudes, left] = springs.mismatch(forces);
+        let n = residual.len();
         let with_left: Vec<f64> = (0..n)
-            .map(|j| at_held[j] - (0..left.len()).map(|i| springs.jacobian[(i, j)] * left[i]).sum::<f64>())
+            .map(|j| residual[j] - (0..left.len()).map(|i| springs.jacobian[(i, j)] * left[i]).sum::<f64>())
             .collect();
         let mut residual = self.forces(&with_left);
         for (j, residual) in residual.iter_mut().enumerate() {
@@ -187,9 +187,9 @@ impl Normalised {
             .collect()
     }
 
-    /// The smallest step, in normalised coordinates, after which springs carry the held forces, to first order.
-    pub(crate) fn restoring(&self, springs: &Springs, held: &[f64]) -> Vec<f64> {
-        let [amplitudes, _] = springs.mismatch(held);
+    /// The smallest step, in normalised coordinates, after which springs carry the fixed forces, to first order.
+    pub(crate) fn restoring(&self, springs: &Springs, forces: &[f64]) -> Vec<f64> {
+        let [amplitudes, _] = springs.mismatch(forces);
         (0..self.springs.nrows())
             .map(|j| (0..amplitudes.len()).map(|i| self.springs[(j, i)] * amplitudes[i]).sum())
             .collect()
@@ -233,7 +233,7 @@ pub(crate) fn material(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Matr
 pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], parts: &[usize]) -> Vec<f64> {
     /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
     /// are those below this fraction of the forces.
-    const NOTHING: f64 = 1e-13;
+    const NEGLIGIBLE_STIFFNESS: f64 = 1e-13;
     let n = tangent.nrows();
     let size = |i: usize, j: usize| tangent[(i, j)].abs();
     // A coordinate that is coupled with a stiff one has at least this stiffness if all of the matrix is positive.
@@ -248,7 +248,7 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
         let range = references.len()..references.len() + part;
         let largest = range.clone().map(own).fold(0.0, f64::max);
         let force = norm(&forces[range.clone()]);
-        let rounding = NOTHING * largest.max(force);
+        let rounding = NEGLIGIBLE_STIFFNESS * largest.max(force);
         let least = match (largest > rounding, force > 0.0) {
             (true, _) => largest,
             (false, true) => force,
@@ -347,7 +347,7 @@ mod tests {
         (model, q)
     }
 
-    /// Forces and tangent at held forces, combined with the springs, are those of the rod.
+    /// Forces and tangent at fixed forces, combined with the springs, are those of the rod.
     #[test]
     fn held_forces_and_springs_are_the_whole() {
         let (mut model, q) = held_rod(300.0);

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use crate::analysis::at_rest::{APART, AtRest, ROUNDING};
+use crate::analysis::at_rest::{AtRest, DIFFERENCE_STEP, ROUNDING};
 use crate::analysis::normalised::scaled;
 use crate::analysis::spring_forces::SpringForces;
 use crate::analysis::weakly_active;
@@ -21,65 +21,65 @@ const SYMMETRIC: f64 = 1e-6;
 /// entries of its row and column.
 const SYMMETRIC_DAMPING: f64 = 1e-6;
 
-/// Eigenvalues whose real part is smaller than this fraction of their magnitude do not count as growing.
-pub(crate) const GROWING: f64 = 1e-9;
+/// Smallest real part of an eigenvalue of a growing motion, relative to its magnitude.
+pub(crate) const SMALLEST_GROWTH_RATE: f64 = 1e-9;
 
-/// Constraints with a singular value below this fraction of the largest one count as redundant.
+/// Singular values of redundant constraints are below this fraction of the largest one.
 const DEPENDENT: f64 = 1e-8;
 
-/// If all directions are stiffer than this fraction of the material, the residual of Newton's method cannot change the verdict.
-const FIRM: f64 = 1e-3;
+/// Lowest eigenvalue, relative to the material stiffness, from which the residual of Newton's method cannot change the sign of any.
+const FAR_FROM_SINGULAR: f64 = 1e-3;
 
-/// Safety factor of first-order bounds: a double eigenvalue moves by the root of a perturbation, twice what these say.
-const DOUBLE: f64 = 4.0;
+/// Safety factor of first-order bounds of eigenvalues, well above two: a double eigenvalue moves by twice its first-order bound.
+const SAFETY_OF_BOUNDS: f64 = 4.0;
 
-/// Smallest velocity part of an eigenvector of norm one that counts as a drift.
-const DRIFT: f64 = 1e-8;
+/// Smallest velocity component of a drift in an eigenvector of norm one.
+const SMALLEST_DRIFT: f64 = 1e-8;
 
-/// Matrices of small motions, in normalised coordinates x of the shape: `q / s = W x` with the typical sizes s.
+/// Mass, damping and stiffness in normalised coordinates x, `q / s = W x`, with the typical sizes s of the coordinates.
 #[derive(Clone)]
 pub(crate) struct SmallMotions {
     pub(crate) mass: Matrix,
     pub(crate) damping: Matrix,
     pub(crate) stiffness: Matrix,
-    /// Largest error of each entry of the stiffness.
+    /// Error bound of each entry of the stiffness.
     pub(crate) error: Matrix,
-    /// Its change up to the exact equilibrium, by the residual of Newton's method, and its difference from the derivative of the
-    /// forces, by quadrature. Zero if all directions are [`FIRM`].
+    /// Change of the stiffness from this shape to the exact equilibrium, estimated by a Newton step, plus the quadrature error of the
+    /// tangent. Zero if no eigenvalue is below [`FAR_FROM_SINGULAR`].
     pub(crate) change: Matrix,
     /// W.
     pub(crate) basis: Matrix,
     pub(crate) sizes: Vec<f64>,
 }
 
-/// The same in mass-normalised shapes of the undamped motion, slowest first, whose mass is one.
+/// Small motions in modal coordinates: mass-normalised undamped modes, slowest first.
 pub(crate) struct Modal {
-    /// Eigenvalues of the symmetric part of the stiffness; exactly zero where its error could explain them.
-    pub(crate) squares: Vec<f64>,
-    /// Shapes as columns, in normalised coordinates.
+    /// Eigenvalues of the symmetric part of the stiffness; exactly zero if they are below their error bound.
+    pub(crate) squared_frequencies: Vec<f64>,
+    /// Mode shapes in normalised coordinates, as columns.
     pub(crate) shapes: Matrix,
-    /// The squares on the diagonal, and the part of the stiffness without a potential.
+    /// Diagonal matrix of the squared frequencies, plus the skew-symmetric part of the stiffness.
     stiffness: Matrix,
-    /// Entries that are rounding are zero.
+    /// Modal damping, without entries at the level of rounding.
     pub(crate) damping: Matrix,
     error: Matrix,
 }
 
 /// A motion `x exp(s t)`.
 pub(crate) struct Motion {
-    /// Exactly zero where errors of the stiffness could explain it.
+    /// Exactly zero if it is below its error bound.
     pub(crate) rate: Complex,
-    /// Bound of the change of s by these errors.
+    /// Error bound of the rate.
     pub(crate) bound: f64,
-    /// x, in the shapes of the undamped motion.
+    /// x in modal coordinates.
     pub(crate) shape: Vec<Complex>,
-    /// Weights of the velocities and accelerations in these shapes, whose sum over the rate is the amplitude of this motion in a state.
+    /// Weights of the modal velocities and accelerations of a state: their weighted sum over the rate is the amplitude of this motion.
     pub(crate) excitation: [Vec<Complex>; 2],
 }
 
 impl Motion {
     pub(crate) fn is_growing(&self) -> bool {
-        self.rate.re > (GROWING * self.rate.norm()).max(DOUBLE * self.bound)
+        self.rate.re > (SMALLEST_GROWTH_RATE * self.rate.norm()).max(SAFETY_OF_BOUNDS * self.bound)
     }
 }
 
@@ -93,8 +93,8 @@ impl SmallMotions {
         [mass, damping, stiffness, error, change].into_iter().all(|a| a.iter().all(|x| x.is_finite()))
     }
 
-    /// Small motions that satisfy constraints, by projection.
-    fn within(&self, Held { free, multipliers }: &Held) -> Self {
+    /// Projection onto motions that satisfy constraints.
+    fn within(&self, Constraints { free, multipliers }: &Constraints) -> Self {
         if multipliers.is_empty() {
             return self.clone();
         }
@@ -110,14 +110,14 @@ impl SmallMotions {
         }
     }
 
-    /// Eigenvalues with this mass, and bounds of their errors: of stiffnesses on both sides of the equilibrium, as far beyond it as the
-    /// shape is before it.
+    /// Eigenvalues for this mass with error bounds. The change of the stiffness counts twice, so that bounds hold on both sides of the
+    /// equilibrium.
     pub(crate) fn pairs(&self, mass: &Matrix) -> Option<Eigenpairs> {
         Some(Eigenpairs::new(&self.stiffness, mass, &self.error)?.with_change(&(&self.change * 2.0)))
     }
 
-    /// Rounding of entries that should be symmetric: half of their differences, if these exceed the quadrature error of bent rods. For
-    /// directions with almost no mass even a small stiffness matters.
+    /// Error of a stiffness that should be symmetric: half of the difference of two entries, if it exceeds the quadrature error of bent
+    /// rods.
     fn asymmetry(&self) -> Matrix {
         let k = &self.stiffness;
         Matrix::from_fn(self.n(), self.n(), |i, j| {
@@ -127,13 +127,13 @@ impl SmallMotions {
         })
     }
 
-    /// Whether the stiffness is so far from zero in all directions that the residual of Newton's method does not matter.
+    /// Whether all eigenvalues of the stiffness exceed [`FAR_FROM_SINGULAR`] and their error bounds.
     fn is_far_from_singular(&self) -> bool {
-        let firm = Matrix::identity(self.n(), self.n()) * FIRM;
+        let firm = Matrix::identity(self.n(), self.n()) * FAR_FROM_SINGULAR;
         pencil::is_positive(&self.stiffness, &(&self.error + firm))
     }
 
-    /// Newton's step against forces, by eigenvalues and eigenvectors of the stiffness, without the directions whose stiffness may be
+    /// Newton step for residual forces by eigenvalues and eigenvectors of the stiffness, without eigenvectors whose eigenvalue may be
     /// zero.
     fn newton_step(&self, values: &[f64], shapes: &Matrix, forces: &DVector<f64>) -> DVector<f64> {
         let mut step = DVector::zeros(self.n());
@@ -147,7 +147,7 @@ impl SmallMotions {
         step
     }
 
-    /// Whether the stiffness has a potential.
+    /// Whether the stiffness is symmetric, so that its forces have a potential.
     pub(crate) fn has_potential(&self) -> bool {
         let Self { stiffness: k, error, .. } = self;
         (0..self.n()).all(|j| {
@@ -155,7 +155,7 @@ impl SmallMotions {
         })
     }
 
-    /// Whether damping forces are friction only, without gyroscopic ones. Compares each entry with the largest ones of
+    /// Whether the damping matrix is symmetric, without gyroscopic terms. Compares each entry with the largest ones of
     /// its row and column.
     pub(crate) fn is_damping_symmetric(&self) -> bool {
         let (n, d) = (self.n(), &self.damping);
@@ -166,15 +166,15 @@ impl SmallMotions {
         })
     }
 
-    /// In shapes of the undamped motion. `None` if the mass is not positive definite or a number is not finite.
+    /// In modal coordinates. `None` if the mass is not positive definite or a number is not finite.
     pub(crate) fn modal(&self) -> Option<Modal> {
         let pairs = self.pairs(&self.mass)?;
         let n = self.n();
-        let squares: Vec<f64> =
+        let squared_frequencies: Vec<f64> =
             (0..n).map(|k| if pairs.is_neutral(k) { 0.0 } else { pairs.values[k] }).collect();
         let x = pairs.shapes;
         let modal = |a: &Matrix| x.tr_mul(&(a * &x));
-        let mut stiffness = Matrix::from_diagonal(&squares.clone().into());
+        let mut stiffness = Matrix::from_diagonal(&squared_frequencies.clone().into());
         if !self.has_potential() {
             stiffness += modal(&((&self.stiffness - self.stiffness.transpose()) * 0.5));
         }
@@ -183,19 +183,19 @@ impl SmallMotions {
         let damping =
             modal(&self.damping).zip_map(&rounding, |d, least| if d.abs() <= least { 0.0 } else { d });
         let error = magnitudes(&self.error) + modal(&self.change).abs();
-        Some(Modal { squares, stiffness, damping, error, shapes: x })
+        Some(Modal { squared_frequencies, stiffness, damping, error, shapes: x })
     }
 }
 
-/// Constraints in normalised coordinates: free motions and multipliers.
-struct Held {
-    /// An orthonormal basis of the motions that satisfy them.
+/// Constraints in normalised coordinates.
+struct Constraints {
+    /// Orthonormal basis of the null space of the constraints.
     free: Matrix,
-    /// Multipliers that balance a unit of each force perpendicular to these motions.
+    /// Maps forces to the multipliers that balance their part outside the null space.
     multipliers: Matrix,
 }
 
-impl Held {
+impl Constraints {
     /// By singular values. `rows` are the derivatives of the constraints.
     fn new(mut rows: Matrix) -> Option<Self> {
         let (m, n) = rows.shape();
@@ -219,15 +219,15 @@ impl Held {
 
 impl Modal {
     pub(crate) fn n(&self) -> usize {
-        self.squares.len()
+        self.squared_frequencies.len()
     }
 
-    /// Whether some motion may grow: a direction without stiffness, loads without a potential, or forces along velocities.
+    /// Whether a motion may grow: negative stiffness, loads without a potential, or negative damping.
     pub(crate) fn may_grow(&self) -> bool {
         let has_potential =
             (0..self.n()).all(|j| (0..self.n()).all(|i| i == j || self.stiffness[(i, j)] == 0.0));
         !has_potential
-            || self.squares.iter().any(|square| *square < 0.0)
+            || self.squared_frequencies.iter().any(|squared| *squared < 0.0)
             || (0..self.n()).any(|i| self.damping[(i, i)] < 0.0)
     }
 
@@ -236,19 +236,28 @@ impl Modal {
         -(&self.damping * a + &self.stiffness * v)
     }
 
-    /// Motions with damping and all other forces. Eigenvalues are those of a state matrix whose rows are in the order of
-    /// their rates, fastest first: from such a graded matrix QR finds slow ones as accurately as fast ones. Neutral shapes
-    /// that nothing accelerates are at rest; each of them is one motion of rate zero, without the steady drift along it.
+    /// Damped motions from the eigenvalues of a state matrix. Its rows are sorted by their rates, fastest first: from such a graded
+    /// matrix the QR algorithm finds slow eigenvalues as accurately as fast ones. Each neutral mode without coupling is one motion of rate
+    /// zero; the steady drift along it is left out.
     pub(crate) fn motions(&self) -> Option<Vec<Motion>> {
         let n = self.n();
         let (k, d) = (&self.stiffness, &self.damping);
         let is_idle = |i: usize| k.column(i).iter().all(|x| *x == 0.0);
         // Displacements are multiplied by frequencies to have the units of velocities.
-        let slowest =
-            self.squares.iter().map(|l| l.abs().sqrt()).filter(|w| *w > 0.0).fold(f64::INFINITY, f64::min);
+        let slowest = self
+            .squared_frequencies
+            .iter()
+            .map(|l| l.abs().sqrt())
+            .filter(|w| *w > 0.0)
+            .fold(f64::INFINITY, f64::min);
         let slowest = if slowest.is_finite() { slowest } else { 1.0 };
-        let frequency =
-            |i: usize| if self.squares[i] == 0.0 { slowest } else { self.squares[i].abs().sqrt() };
+        let frequency = |i: usize| {
+            if self.squared_frequencies[i] == 0.0 {
+                slowest
+            } else {
+                self.squared_frequencies[i].abs().sqrt()
+            }
+        };
         let mut states: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * n);
         for i in 0..n {
             let fast = frequency(i).max(d[(i, i)].abs());
@@ -299,29 +308,34 @@ impl Modal {
                 (0..n).filter(|&i| is_idle(i)).for_each(|i| shape[i] = velocity[i] / rate);
             }
             let bound = self.along(&force, &shape);
-            if rate.norm() > DOUBLE * bound {
+            if rate.norm() > SAFETY_OF_BOUNDS * bound {
                 motions.push(Motion { rate, bound, shape, excitation: [of_velocities, force] });
-            } else if drift <= DRIFT {
+            } else if drift <= SMALLEST_DRIFT {
                 motions.push(still(bound, shape));
             }
         }
         Some(motions)
     }
 
-    /// Eigenvalues l of the motion `x'' + K x = 0` without damping, `x = exp(i sqrt(l) t)`; those that errors of the stiffness
-    /// could explain are zero.
+    /// Eigenvalues l of the undamped motion `x'' + K x = 0`, `x = exp(i sqrt(l) t)`; zero if they are below their error bound.
     pub(crate) fn undamped(&self) -> Option<Vec<Complex>> {
         // Fastest first, as in `motions`.
         let n = self.n();
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&a, &b| self.squares[b].abs().total_cmp(&self.squares[a].abs()));
+        order.sort_by(|&a, &b| {
+            self.squared_frequencies[b].abs().total_cmp(&self.squared_frequencies[a].abs())
+        });
         let graded = Matrix::from_fn(n, n, |i, j| self.stiffness[(order[i], order[j])]);
         let values = eigen_both(&graded)?.into_iter().map(|(value, right, left)| {
             let [mut shape, mut force] = [(); 2].map(|()| vec![Complex::from(0.0); n]);
             for (m, &i) in order.iter().enumerate() {
                 (shape[i], force[i]) = (right[m], left[m]);
             }
-            if value.norm() <= DOUBLE * self.along(&force, &shape) { Complex::from(0.0) } else { value }
+            if value.norm() <= SAFETY_OF_BOUNDS * self.along(&force, &shape) {
+                Complex::from(0.0)
+            } else {
+                value
+            }
         });
         Some(values.collect())
     }
@@ -333,8 +347,8 @@ impl Modal {
     }
 }
 
-/// Small motions of a model about rest at `q` under this fraction of its loads, which satisfy its constraints with these multipliers.
-/// `None` if a number is not finite.
+/// Small motions about rest at `q` under this fraction of the loads, with the multipliers of the constraints there. `None` if a number
+/// is not finite.
 pub(crate) fn small_motions(
     model: &mut dyn Static,
     q: &[f64],
@@ -360,21 +374,21 @@ fn decided_motions(
     idle: &[Reached],
 ) -> Option<SmallMotions> {
     let n = q.len();
-    let (springs, ties) = SpringForces::with_ties(model, q, sizes, load_factor, multipliers)?;
-    let SpringForces { material, normalised, forces } = springs;
-    let own = ties.all.as_ref();
-    let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &forces };
+    let (spring_forces, ties) = SpringForces::with_ties(model, q, sizes, load_factor, multipliers)?;
+    let SpringForces { material, normalised, forces } = spring_forces;
+    let springs = ties.all.as_ref();
+    let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, tie_forces: &forces };
     let parts = at_rest.stiffness(&material);
     let [residual, work] = at_rest.forces();
     let residual = at_rest.missing(&residual, &work, &parts.magnitudes);
     let imbalance = at_rest.imbalance(&residual, &work);
-    let stiffness = normalised.tangent(&parts.total, own);
-    let mut error = normalised.magnitudes(&parts.magnitudes, own) * (ROUNDING * n as f64 * f64::EPSILON);
+    let stiffness = normalised.tangent(&parts.total, springs);
+    let mut error = normalised.magnitudes(&parts.magnitudes, springs) * (ROUNDING * n as f64 * f64::EPSILON);
     error += normalised.magnitudes(&imbalance, None);
     let mut rows = at_rest.gap_jacobian();
     error += normalised.magnitudes(&at_rest.of_gaps(&rows), None);
     if ties.has_taut() {
-        // Rounding of the basis, in coordinates in which all stiffnesses are of size one.
+        // Rounding of the basis W, in which all stiffnesses are of size one.
         error += Matrix::identity(n, n) * (ROUNDING * n as f64 * f64::EPSILON);
     }
     let just = ties.reached();
@@ -397,52 +411,56 @@ fn decided_motions(
     for (mut column, size) in rows.column_iter_mut().zip(sizes) {
         column *= *size;
     }
-    let held = Held::new(rows * &motions.basis)?;
-    // Stiffnesses that are far from zero keep their signs.
-    let mut kept = motions.within(&held);
-    if !has_potential || !kept.is_finite() || kept.is_far_from_singular() {
-        return Some(kept);
+    let constraints = Constraints::new(rows * &motions.basis)?;
+    // The signs of eigenvalues far from zero are known without the Newton step below.
+    let mut motions_on_constraints = motions.within(&constraints);
+    if !has_potential || !motions_on_constraints.is_finite() || motions_on_constraints.is_far_from_singular()
+    {
+        return Some(motions_on_constraints);
     }
-    let (values, shapes) = symmetric_eigen(&symmetric_part(&kept.stiffness))?;
+    let (values, shapes) = symmetric_eigen(&symmetric_part(&motions_on_constraints.stiffness))?;
     if at_rest.model.facts().is_discretised {
-        add_mismatch(&mut kept, &mut at_rest, [&values, &work], &shapes);
+        add_mismatch(&mut motions_on_constraints, &mut at_rest, [&values, &work], &shapes);
     }
-    // The residual of Newton's method, in coordinates and in the forces of constraints and springs.
-    let residual = DVector::from(normalised.residual(&residual, own, &forces));
-    let step = &held.free * kept.newton_step(&values, &shapes, &held.free.tr_mul(&residual));
-    let more = &held.multipliers * (&residual + &motions.stiffness * &step);
+    // The Newton step to the exact equilibrium: change of the coordinates, of the multipliers and of the spring forces.
+    let residual = DVector::from(normalised.residual(&residual, springs, &forces));
+    let step = &constraints.free
+        * motions_on_constraints.newton_step(&values, &shapes, &constraints.free.tr_mul(&residual));
+    let more = &constraints.multipliers * (&residual + &motions.stiffness * &step);
     let moved = normalised.coordinates(step.as_slice());
     let q: Vec<f64> = q.iter().zip(sizes.iter().zip(moved)).map(|(q, (size, x))| q + size * x).collect();
-    let multipliers: Vec<f64> = multipliers.iter().zip(more.iter()).map(|(own, more)| own - more).collect();
-    // Forces of springs follow from their displacements, not from the held forces.
-    let forces: Vec<f64> = own.map_or_else(Vec::new, |own| {
-        let changes = normalised.change_of_forces(own, step.as_slice());
-        own.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
+    let multipliers: Vec<f64> =
+        multipliers.iter().zip(more.iter()).map(|(multiplier, more)| multiplier - more).collect();
+    // Forces of springs follow from their displacements, not from the fixed forces.
+    let forces: Vec<f64> = springs.map_or_else(Vec::new, |springs| {
+        let changes = normalised.change_of_forces(springs, step.as_slice());
+        springs.forces.iter().zip(changes).map(|(force, change)| force + change).collect()
     });
     let here = at_rest.model.reached(at_rest.q);
-    let mut beside = AtRest { q: &q, multipliers: &multipliers, held: &forces, ..at_rest };
+    let mut beside = AtRest { q: &q, multipliers: &multipliers, tie_forces: &forces, ..at_rest };
     let there = beside.stiffness_beyond(&material, idle, &here);
     let change = normalised.matrix(&(there - parts.total));
-    kept.change += held.free.tr_mul(&(change * &held.free));
-    Some(kept)
+    motions_on_constraints.change += constraints.free.tr_mul(&(change * &constraints.free));
+    Some(motions_on_constraints)
 }
 
-/// Adds the error of quadrature to small motions whose stiffness has these eigenvalues and shapes, and the rounding of the numerical
-/// derivatives by which it is computed.
+/// Adds the quadrature error of the stiffness, which numerical derivatives of the forces show, and the rounding of these derivatives, for
+/// eigenvectors whose eigenvalues are small.
 fn add_mismatch(
-    kept: &mut SmallMotions,
+    motions_on_constraints: &mut SmallMotions,
     at_rest: &mut AtRest<'_>,
     [values, work]: [&[f64]; 2],
     shapes: &Matrix,
 ) {
-    let doubtful: Vec<usize> = (0..kept.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
+    let doubtful: Vec<usize> =
+        (0..motions_on_constraints.n()).filter(|&k| values[k].abs() < SYMMETRIC).collect();
     let shapes = shapes.select_columns(&doubtful);
-    let directions = &kept.basis * &shapes;
+    let directions = &motions_on_constraints.basis * &shapes;
     let mismatch = directions.tr_mul(&at_rest.mismatch(&directions));
-    kept.change = &shapes * symmetric_part(&mismatch) * shapes.transpose();
+    motions_on_constraints.change = &shapes * symmetric_part(&mismatch) * shapes.transpose();
     for (shape, direction) in shapes.column_iter().zip(directions.column_iter()) {
         let work: f64 = direction.iter().zip(work).map(|(x, work)| x.abs() * work).sum();
-        let rounding = ROUNDING * f64::EPSILON * direction.amax() / APART * work;
-        kept.error += shape.abs() * shape.abs().transpose() * rounding;
+        let rounding = ROUNDING * f64::EPSILON * direction.amax() / DIFFERENCE_STEP * work;
+        motions_on_constraints.error += shape.abs() * shape.abs().transpose() * rounding;
     }
 }

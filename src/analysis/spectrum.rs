@@ -138,7 +138,7 @@ impl Spectrum {
         } else {
             Vec::new()
         };
-        let modes = modal.squares.iter().enumerate().map(|(k, &square)| {
+        let modes = modal.squared_frequencies.iter().enumerate().map(|(k, &square)| {
             let frequency = square.max(0.0).sqrt();
             let [shape, momentum]: [Vec<f64>; 2] =
                 [&shapes, &with_mass].map(|a| a.column(k).iter().copied().collect());

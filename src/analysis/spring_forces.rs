@@ -29,7 +29,7 @@ impl SpringForces {
         let (of_loads, uncoupled) = (normalised::work_of_loads(model, q, sizes), model.facts().parts.clone());
         let reference =
             |stiffness: &Matrix| normalised::reference(&material, stiffness, &of_loads, &uncoupled);
-        let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, held: &[] };
+        let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, tie_forces: &[] };
         let (normalised, forces) = at_rest.spring_forces(&material, reference)?;
         Some(Self { material, normalised, forces })
     }
@@ -51,15 +51,15 @@ impl SpringForces {
         let mut ties = Ties::new(model, q, sizes, load_factor);
         loop {
             let springs = Self::new(model, q, sizes, load_factor, multipliers, &ties)?;
-            let held = &springs.forces;
+            let tie_forces = &springs.forces;
             let mut at_rest =
-                AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, held };
+                AtRest { model: &mut *model, q, sizes, load_factor, multipliers, ties: &ties, tie_forces };
             if !ties.has_taut() {
                 return Some((springs, ties));
             }
             let [residual, work] = at_rest.forces();
             let work = at_rest.most_work(&work);
-            if !ties.slacken(held, &residual, &springs.rounding(), &work) {
+            if !ties.slacken(tie_forces, &residual, &springs.rounding(), &work) {
                 return Some((springs, ties));
             }
         }

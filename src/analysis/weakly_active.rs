@@ -11,7 +11,7 @@ use crate::numerics::linalg::Matrix;
 
 /// A force is needed for equilibrium if the residual without it is larger by this factor. Out of equilibrium, rounding of stiff forces
 /// changes the residual by less.
-const NEEDED: f64 = 1.1;
+const RESIDUAL_OF_NEEDED_FORCE: f64 = 1.1;
 
 /// Residual forces in a shape, with bounds of rounding.
 struct Balance {
@@ -32,7 +32,7 @@ impl Balance {
         let ties = Ties::new(model, q, sizes, load_factor);
         let springs = SpringForces::new(model, q, sizes, load_factor, multipliers, &ties)?;
         let mut at_rest =
-            AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, held: &springs.forces };
+            AtRest { model, q, sizes, load_factor, multipliers, ties: &ties, tie_forces: &springs.forces };
         let [residual, work] = at_rest.forces();
         let work = at_rest.most_work(&work);
         Some(Self { residual, rounding: springs.rounding(), work })
@@ -42,7 +42,7 @@ impl Balance {
     fn is_no_worse_than(&self, other: &Self) -> bool {
         (0..self.residual.len()).all(|k| {
             let tolerance = LARGEST_RESIDUAL * self.work[k].max(other.work[k]) + self.rounding[k];
-            self.residual[k].abs() <= tolerance + NEEDED * other.residual[k].abs()
+            self.residual[k].abs() <= tolerance + RESIDUAL_OF_NEEDED_FORCE * other.residual[k].abs()
         })
     }
 }
@@ -62,26 +62,28 @@ pub(crate) fn decide(
     }
     let balance = |model: &mut dyn Static, reached: &[Reached]| {
         model.decide(reached);
-        let held = held(model, q, multipliers)?;
-        Some((Balance::of(model, q, sizes, load_factor, &held)?, held))
+        let multipliers = active_multipliers(model, q, multipliers)?;
+        Some((Balance::of(model, q, sizes, load_factor, &multipliers)?, multipliers))
     };
     let Some((whole, _)) = balance(model, &[]) else { return (Vec::new(), multipliers.to_vec()) };
     let without = |model: &mut dyn Static, reached: &[Reached]| {
-        balance(model, reached).filter(|(left, _)| left.is_no_worse_than(&whole)).map(|(_, held)| held)
+        balance(model, reached)
+            .filter(|(left, _)| left.is_no_worse_than(&whole))
+            .map(|(_, multipliers)| multipliers)
     };
-    if let Some(held) = without(model, &reached) {
-        return (reached, held);
+    if let Some(multipliers) = without(model, &reached) {
+        return (reached, multipliers);
     }
-    let (mut idle, mut held) = (Vec::new(), multipliers.to_vec());
+    let (mut idle, mut multipliers) = (Vec::new(), multipliers.to_vec());
     for each in reached {
         idle.push(each);
         match without(model, &idle) {
-            Some(by) => held = by,
+            Some(by) => multipliers = by,
             None => _ = idle.pop(),
         }
     }
     model.decide(&idle);
-    (idle, held)
+    (idle, multipliers)
 }
 
 /// Stiffness, damping and mass of a model about rest at `q`, at the time set last, without weakly active forces and without
@@ -91,9 +93,9 @@ pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
     let (n, m) = (q.len(), model.facts().constraints());
     let [mut sizes, rest] = [vec![0.0; n], vec![0.0; n]];
     model.sizes(q, &mut sizes);
-    let held = held(model, q, &vec![0.0; m]).unwrap_or_else(|| vec![0.0; m]);
-    let (mut reached, held) = decide(model, q, &sizes, 1.0, &held);
-    if let Some((_, ties)) = SpringForces::with_ties(model, q, &sizes, 1.0, &held) {
+    let multipliers = active_multipliers(model, q, &vec![0.0; m]).unwrap_or_else(|| vec![0.0; m]);
+    let (mut reached, multipliers) = decide(model, q, &sizes, 1.0, &multipliers);
+    if let Some((_, ties)) = SpringForces::with_ties(model, q, &sizes, 1.0, &multipliers) {
         reached.extend(ties.reached());
     }
     model.decide(&reached);
@@ -107,12 +109,12 @@ pub(crate) fn tangents(model: &mut dyn Static, q: &[f64]) -> [Matrix; 3] {
 }
 
 /// Multipliers of the active constraints.
-fn held(model: &mut dyn Static, q: &[f64], multipliers: &[f64]) -> Option<Vec<f64>> {
-    let mut held = multipliers.to_vec();
-    if !held.is_empty() {
+fn active_multipliers(model: &mut dyn Static, q: &[f64], multipliers: &[f64]) -> Option<Vec<f64>> {
+    let mut active = multipliers.to_vec();
+    if !active.is_empty() {
         let rest = vec![0.0; q.len()];
-        saddle::multipliers(model, [q, &rest, &rest], &mut held).ok()?;
-        model.set_multipliers(&vec![0.0; held.len()]);
+        saddle::multipliers(model, [q, &rest, &rest], &mut active).ok()?;
+        model.set_multipliers(&vec![0.0; active.len()]);
     }
-    Some(held)
+    Some(active)
 }

@@ -78,7 +78,7 @@ pub(crate) struct PyActuateResult {
 
 impl PyActuateResult {
     fn new(py: Python<'_>, robot: &Robot, found: Found, is_single: bool) -> PyResult<Self> {
-        let Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria } = found;
+        let Found { u, q, status, message, errors, poses, at_limits, verdict, counters, equilibria } = found;
         let names = robot.inputs().names();
         let numbers = |values: Vec<f64>| -> PyResult<ReadOnly> {
             ReadOnly::new(match values[..] {
@@ -97,7 +97,7 @@ impl PyActuateResult {
             position_error: numbers(errors.iter().map(|error| error.position).collect())?,
             orientation_error: numbers(errors.iter().map(|error| error.orientation).collect())?,
             pose: ReadOnly::new(matrices.into_pyarray(py).reshape(shape)?.into_any())?,
-            at_limits: held.into_iter().map(|k| names[k].clone()).collect(),
+            at_limits: at_limits.into_iter().map(|k| names[k].clone()).collect(),
             is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
             stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
             nit: counters.iterations,

@@ -54,8 +54,8 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     'accuracy_not_reached' (method 'auto'), 'stiff' (explicit methods: stability would require far too many steps),
 ///     'unstable' (steps of a conditionally stable method are beyond its limit, and a vibration has grown),
 ///     'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted' (the stretch is
-///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction), 'sunk'
-///     (surfaces overlap by more than a radius), 'passed_through' (a body would pass through another one), 'loop_open' (closed
+///     not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no direction),
+///     'deep_penetration' (surfaces overlap by more than a radius), 'passed_through' (a body would pass through another one), 'loop_open' (closed
 ///     loops or tendons of given length cannot be held), 'singular_position' (of closed loops, which the method cannot pass),
 ///     'chattering' (tendons of given length become taut and slack ever faster) or 'time_limit' (`max_seconds` of wall-clock time
 ///     were over).

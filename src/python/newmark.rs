@@ -17,7 +17,7 @@ use super::ode::system::{SharedRaised, unpack};
 use super::simulate::word;
 use crate::error::Interrupted;
 use crate::integrators::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
-use crate::integrators::second_order::{Failure, Status, System};
+use crate::integrators::second_order::{Failure, SecondOrderSystem, Status};
 use crate::model::{Facts, Model};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::Derivative;
@@ -48,10 +48,10 @@ use crate::simulation::stepping;
 ///     'newmark', 'average_acceleration', 'linear_acceleration', 'fox_goodwin', 'central_difference', 'hht' (takes
 ///     `alpha`) or 'generalised_alpha' (takes `rho_inf`).
 /// alpha : float, optional
-///     Parameter of method 'hht', in [-1/3, 0]; by default -0.1.
+///     Parameter of method 'hht', in [-1/3, 0]; by default -0.1. With it, 'newmark' is that method.
 /// rho_inf : float, optional
-///     Parameter of method 'generalised_alpha', in [0, 1]: the spectral radius at infinite frequency, that is, the factor by
-///     which a step multiplies infinitely fast oscillations. By default 0.8.
+///     Parameter of method 'generalised_alpha', which 'newmark' is with it, in [0, 1]: the spectral radius at infinite
+///     frequency, that is, the factor by which a step multiplies infinitely fast oscillations. By default 0.8.
 /// rtol, atol : float or array_like of shape (n,)
 ///     A step is solved until the estimated error of the acceleration i is far below ``atol[i] + rtol[i] * abs(a[i])``. With
 ///     `adaptive` the local errors of displacement and velocity i are kept below ``atol[i] + rtol[i] * abs(q[i])`` and
@@ -254,7 +254,7 @@ impl<'py> Equations<'_, 'py> {
     }
 }
 
-impl System for Equations<'_, '_> {
+impl SecondOrderSystem for Equations<'_, '_> {
     type Model = dyn Model;
 
     fn facts(&self) -> &Facts {

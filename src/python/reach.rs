@@ -67,7 +67,7 @@ pub(crate) struct PyReachResult {
 
 impl PyReachResult {
     fn new(py: Python<'_>, robot: &Robot, found: Reached, is_single: bool) -> PyResult<Self> {
-        let Reached { q, status, message, errors, poses, held, starts, counters } = found;
+        let Reached { q, status, message, errors, poses, at_limits, starts, counters } = found;
         let names = robot.coordinate_names();
         let numbers = |values: Vec<f64>| -> PyResult<ReadOnly> {
             ReadOnly::new(match values[..] {
@@ -85,7 +85,7 @@ impl PyReachResult {
             position_error: numbers(errors.iter().map(|error| error.position).collect())?,
             orientation_error: numbers(errors.iter().map(|error| error.orientation).collect())?,
             pose: ReadOnly::new(matrices.into_pyarray(py).reshape(shape)?.into_any())?,
-            at_limits: held.into_iter().map(|k| names[k].clone()).collect(),
+            at_limits: at_limits.into_iter().map(|k| names[k].clone()).collect(),
             starts,
             nit: counters.iterations,
             nfev: counters.residuals,

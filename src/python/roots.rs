@@ -14,7 +14,8 @@ use super::record::{self, ReadOnly, Reduced};
 use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::{
-    Derivative, Differences, Iterate, Method, Newton, Options, Reuse, StepTolerance, System, check_jacobian,
+    Derivative, Differences, Iterate, Method, Newton, NonlinearSystem, Options, Reuse, StepTolerance,
+    check_jacobian,
 };
 use crate::python::words::no_others;
 
@@ -244,7 +245,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
     }
 }
 
-impl System for PyFunctions<'_, '_> {
+impl NonlinearSystem for PyFunctions<'_, '_> {
     fn unknowns(&self) -> usize {
         self.unknowns
     }

@@ -173,11 +173,12 @@ fn named(stability: Stability) -> String {
 /// success : bool
 ///     True if `q` is an equilibrium under the full load.
 /// status : str
-///     'converged', 'let_go' (the load path ended before the full load, and the model was released there and came to rest),
+///     'converged', 'released' (the load path ended before the full load, and the model was released there and came to rest),
 ///     'step_too_small', 'too_many_steps', 'iteration_limit', 'stalled', 'unheld' (nothing holds the model in some direction),
 ///     'non_finite', 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted'
 ///     (the stretch is not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no
-///     direction), 'interrupted' (in the `result` of a KeyboardInterrupt), or for method 'newton' a status of RootResult.
+///     direction), 'deep_penetration' (surfaces overlap by more than a radius), 'loop_open' (loops or tendons of given length are
+///     not closed), 'interrupted' (in the `result` of a KeyboardInterrupt), or for method 'newton' a status of RootResult.
 /// message : str
 ///     The status in words, what to change, and notes on the equilibrium.
 /// load_factor : float

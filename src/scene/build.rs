@@ -72,7 +72,7 @@ pub(super) fn build(
     Some((model, state, simulation))
 }
 
-/// Rejects a start with sunk surfaces. With closed loops the start is projected first.
+/// Rejects a start whose surfaces overlap deeply. With closed loops the start is projected first.
 fn check_contacts(
     document: &Document,
     model: &mut robot::RobotModel,

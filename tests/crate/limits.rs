@@ -169,7 +169,7 @@ fn what_stands_on_a_rod_at_the_edges_of_doubles() {
 /// A constant derivative of the state.
 struct Constant(Vec<f64>);
 
-impl ode::System for Constant {
+impl ode::FirstOrderSystem for Constant {
     fn n(&self) -> usize {
         self.0.len()
     }
@@ -253,7 +253,7 @@ fn what_does_not_fit_in_memory_is_refused() {
 /// Masses without forces.
 struct Free(Facts);
 
-impl second_order::System for Free {
+impl second_order::SecondOrderSystem for Free {
     type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.0

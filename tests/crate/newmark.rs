@@ -44,7 +44,7 @@ impl Linear {
     }
 }
 
-impl second_order::System for Linear {
+impl second_order::SecondOrderSystem for Linear {
     type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.facts
@@ -99,7 +99,7 @@ impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> Scalar<F> {
     }
 }
 
-impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> second_order::System for Scalar<F> {
+impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> second_order::SecondOrderSystem for Scalar<F> {
     type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.facts
@@ -133,7 +133,7 @@ impl<F: FnMut(f64, f64, f64, f64) -> Result<f64, Interrupted>> second_order::Sys
     }
 }
 
-fn run<S: second_order::System>(
+fn run<S: second_order::SecondOrderSystem>(
     system: &mut S,
     t_end: f64,
     q0: &[f64],
@@ -143,7 +143,7 @@ fn run<S: second_order::System>(
     solve(system, (0.0, t_end), q0, v0, options, None, &mut |_, _| Ok(())).unwrap()
 }
 
-fn scalar_run<S: second_order::System>(
+fn scalar_run<S: second_order::SecondOrderSystem>(
     system: &mut S,
     t_end: f64,
     (q0, v0): (f64, f64),
@@ -842,7 +842,7 @@ fn bad_problems_are_refused_all_at_once_before_any_evaluation() {
 #[test]
 fn an_empty_system_is_integrated() {
     struct Empty(Facts);
-    impl second_order::System for Empty {
+    impl second_order::SecondOrderSystem for Empty {
         type Model = dyn Model;
         fn facts(&self) -> &Facts {
             &self.0
@@ -1001,7 +1001,7 @@ struct Divided<'a, S> {
     facts: Facts,
 }
 
-impl<S: second_order::System> second_order::System for Divided<'_, S> {
+impl<S: second_order::SecondOrderSystem> second_order::SecondOrderSystem for Divided<'_, S> {
     type Model = S::Model;
     fn facts(&self) -> &Facts {
         &self.facts

@@ -6,14 +6,14 @@ use std::num::NonZeroUsize;
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::ode::{
-    Controller, Counters, Direction, Event, JacobianKind, Method, Options, Output, Solution, Sparsity,
-    Status, Stepper, System, solve,
+    Controller, Counters, Direction, Event, FirstOrderSystem, JacobianKind, Method, Options, Output,
+    Solution, Sparsity, Status, Stepper, solve,
 };
 
 /// A system from a function.
 struct Function<F>(usize, F);
 
-impl<F: FnMut(f64, &[f64], &mut [f64])> System for Function<F> {
+impl<F: FnMut(f64, &[f64], &mut [f64])> FirstOrderSystem for Function<F> {
     fn n(&self) -> usize {
         self.0
     }
@@ -24,7 +24,7 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> System for Function<F> {
     }
 }
 
-fn oscillator() -> impl System {
+fn oscillator() -> impl FirstOrderSystem {
     Function(2, |_, y: &[f64], dydt: &mut [f64]| {
         dydt[0] = y[1];
         dydt[1] = -y[0];
@@ -38,7 +38,7 @@ fn tight(method: Method) -> Options {
 }
 
 fn run(
-    system: &mut dyn System,
+    system: &mut dyn FirstOrderSystem,
     t_span: (f64, f64),
     y0: &[f64],
     options: &Options,
@@ -194,7 +194,7 @@ fn the_monitor_and_the_system_can_stop() {
     assert!(last(&solution).0 > 1.0 && last(&solution).0 < 3.0);
 
     struct Failing;
-    impl System for Failing {
+    impl FirstOrderSystem for Failing {
         fn n(&self) -> usize {
             1
         }
@@ -249,7 +249,7 @@ struct StiffLinear {
     jacobians: usize,
 }
 
-impl System for StiffLinear {
+impl FirstOrderSystem for StiffLinear {
     fn n(&self) -> usize {
         2
     }
@@ -293,7 +293,7 @@ fn radau_takes_every_kind_of_jacobian() {
 #[test]
 fn a_jacobian_that_is_promised_but_missing_ends_with_a_status() {
     struct Promise(JacobianKind);
-    impl System for Promise {
+    impl FirstOrderSystem for Promise {
         fn n(&self) -> usize {
             1
         }
@@ -316,7 +316,7 @@ fn a_jacobian_that_is_promised_but_missing_ends_with_a_status() {
 #[test]
 fn an_interrupted_step_can_be_tried_again() {
     struct Moody(bool);
-    impl System for Moody {
+    impl FirstOrderSystem for Moody {
         fn n(&self) -> usize {
             1
         }

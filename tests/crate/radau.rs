@@ -127,7 +127,7 @@ struct Oscillator {
     force: fn(f64) -> f64,
 }
 
-impl second_order::System for Oscillator {
+impl second_order::SecondOrderSystem for Oscillator {
     type Model = dyn Model;
     fn facts(&self) -> &Facts {
         &self.facts

@@ -3,7 +3,8 @@
 use lissom::error::Interrupted;
 use lissom::linalg::Matrix;
 use lissom::roots::{
-    Derivative, Method, Newton, Options, Outcome, Reuse, Status, StepTolerance, System, check_jacobian,
+    Derivative, Method, Newton, NonlinearSystem, Options, Outcome, Reuse, Status, StepTolerance,
+    check_jacobian,
 };
 
 /// A system from two closures.
@@ -14,7 +15,7 @@ struct Equations<R, J> {
     jacobian: J,
 }
 
-impl<R: FnMut(&[f64], &mut [f64]), J: FnMut(&[f64], &mut Matrix)> System for Equations<R, J> {
+impl<R: FnMut(&[f64], &mut [f64]), J: FnMut(&[f64], &mut Matrix)> NonlinearSystem for Equations<R, J> {
     fn unknowns(&self) -> usize {
         self.unknowns
     }
@@ -31,7 +32,7 @@ impl<R: FnMut(&[f64], &mut [f64]), J: FnMut(&[f64], &mut Matrix)> System for Equ
     }
 }
 
-fn scalar(f: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> impl System {
+fn scalar(f: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> impl NonlinearSystem {
     Equations {
         unknowns: 1,
         equations: 1,
@@ -41,7 +42,7 @@ fn scalar(f: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> impl System {
 }
 
 /// The lab's f = (x^2 - 2x + 1/2)^2: two double roots, 1 -+ sqrt(1/2), and a maximum between them.
-fn lab() -> impl System {
+fn lab() -> impl NonlinearSystem {
     scalar(
         |x| x.powi(4) - 4.0 * x.powi(3) + 5.0 * x * x - 2.0 * x + 0.25,
         |x| 4.0 * x.powi(3) - 12.0 * x * x + 10.0 * x - 2.0,
@@ -49,7 +50,7 @@ fn lab() -> impl System {
 }
 
 /// A circle and a hyperbola; one of the roots is (2 cos 15 deg, 2 sin 15 deg).
-fn circle_and_hyperbola() -> impl System {
+fn circle_and_hyperbola() -> impl NonlinearSystem {
     Equations {
         unknowns: 2,
         equations: 2,
@@ -63,7 +64,7 @@ fn circle_and_hyperbola() -> impl System {
     }
 }
 
-fn solve(mut system: impl System, start: &[f64], options: Options) -> (Outcome, Vec<f64>) {
+fn solve(mut system: impl NonlinearSystem, start: &[f64], options: Options) -> (Outcome, Vec<f64>) {
     let mut x = start.to_vec();
     let mut newton = Newton::new(system.unknowns(), system.equations());
     let outcome = newton.solve(&mut system, &mut x, &options).expect("nobody interrupts");
@@ -194,7 +195,7 @@ fn least_squares_and_underdetermined_systems() {
 
 #[test]
 fn failures_are_named() {
-    let run = |system: &mut dyn System, start: f64| {
+    let run = |system: &mut dyn NonlinearSystem, start: f64| {
         let mut x = [start];
         let outcome = Newton::new(1, 1).solve(system, &mut x, &Options::default()).unwrap();
         assert!(!outcome.status.is_success());
@@ -279,7 +280,7 @@ fn a_kept_jacobian_serves_later_solves_and_is_dropped_when_it_does_not() {
 #[test]
 fn an_interruption_comes_through() {
     struct Impatient;
-    impl System for Impatient {
+    impl NonlinearSystem for Impatient {
         fn unknowns(&self) -> usize {
             1
         }

@@ -4,7 +4,7 @@
 
 Each case draws a robot of a family and is asked for 1e-2, 1e-3 and 1e-4. Cost is processor time: of the
 whole request, over that of one run by Newmark's method (the default of `lissom.simulate`) with the longest
-steps of a ladder for which this run and the next finer one are as accurate as was asked. Such an expert knows
+steps of a series for which this run and the next finer one are as accurate as was asked. Such an expert knows
 the step beforehand. Errors are those of the measured places, relative to the length, against Radau's method
 with far tighter tolerances. Prints a Markdown table; ends with status 1 if more than one success in a
 thousand misses what was asked.
@@ -24,7 +24,7 @@ import lissom
 REQUESTS = (1e-2, 1e-3, 1e-4)
 # Number of compared times.
 TIMES = 100
-# Ratio of neighbouring steps of the ladder, its first number of steps and the most steps that are tried.
+# Ratio of neighbouring steps of the series, its first number of steps and the most steps that are tried.
 FINER = 1.5
 FEWEST_STEPS = 20
 MOST_STEPS = 30_000
@@ -410,7 +410,7 @@ def main():
     parser.add_argument("--number", type=int, help="only this case of the families")
     parser.add_argument("--verbose", action="store_true", help="every request, as it comes")
     options = parser.parse_args()
-    # Coarse steps of the ladder are meant.
+    # Coarse steps of the series are meant.
     warnings.simplefilter("ignore", lissom.AccuracyWarning)
     numbers = range(options.count) if options.number is None else [options.number]
     verdicts = []

@@ -23,7 +23,7 @@ OUTPUT_STEP = 0.01
 # A run is repeated until so many seconds or runs, and the shortest counts.
 SECONDS = 1.0
 MOST_RUNS = 20
-# A ladder of ever finer runs ends with the first that takes longer than this, in seconds.
+# A series of ever finer runs ends with the first that takes longer than this, in seconds.
 LONGEST_RUN = 60.0
 QUICK_LONGEST_RUN = 2.0
 
@@ -113,10 +113,10 @@ def print_run(run: dict) -> None:
     print(f"{run['code']}, {run['discretisation']}, {run['step']}: {run['seconds']:.3g} s", file=sys.stderr)
 
 
-def climb(ladder: Iterable[Callable[[], dict]], longest: float) -> None:
+def run_series(series: Iterable[Callable[[], dict]], longest: float) -> None:
     """Print one run after the other until one takes too long."""
-    for rung in ladder:
-        run = rung()
+    for make in series:
+        run = make()
         print(json.dumps(run), flush=True)
         print(
             f"{run['code']}, {run['discretisation']}, {run['step']}: {run['seconds']:.3g} s", file=sys.stderr

@@ -9,10 +9,10 @@ from cases import (
     LONGEST_RUN,
     QUICK_LONGEST_RUN,
     RUBBER_ROD,
-    climb,
     on_one_core,
     packages,
     quick_requested,
+    run_series,
     steps_per_output,
 )
 from mujoco_run import measured
@@ -89,7 +89,7 @@ def tip_of(model: mujoco.MjModel):
     return lambda data: data.xpos[last] + length * data.xmat[last].reshape(3, 3)[:, 0]
 
 
-def ladder(clamp: str, integrator: str, longest: float):
+def series(clamp: str, integrator: str, longest: float):
     """Runs with ever more links, each with the steps that are stable."""
     shift = CLAMPS[clamp]
     for links in LINKS[clamp]:
@@ -106,7 +106,7 @@ def main() -> None:
     packages("mujoco", "numpy")
     for clamp in CLAMPS:
         for integrator in STABILITY:
-            climb(ladder(clamp, integrator, longest), longest)
+            run_series(series(clamp, integrator, longest), longest)
 
 
 if __name__ == "__main__":

@@ -16,10 +16,10 @@ from cases import (
     OUTPUT_STEP,
     QUICK_LONGEST_RUN,
     RUBBER_ROD,
-    climb,
     on_one_core,
     packages,
     quick_requested,
+    run_series,
     steps_per_output,
 )
 from mujoco_run import measured
@@ -103,7 +103,7 @@ def tip_of(model: mujoco.MjModel):
     return lambda data: data.xpos[tip]
 
 
-def ladder(clamp: str, integrator: str, longest: float):
+def series(clamp: str, integrator: str, longest: float):
     """Runs with ever more edges, each with several steps."""
     shift = CLAMPS[clamp]
     code = "MuJoCo flex" if integrator == "Euler" else "MuJoCo flex, inextensible"
@@ -122,7 +122,7 @@ def main() -> None:
     packages("mujoco", "numpy")
     for clamp in CLAMPS:
         for integrator in ("Euler", "discrete"):
-            climb(ladder(clamp, integrator, longest), longest)
+            run_series(series(clamp, integrator, longest), longest)
 
 
 if __name__ == "__main__":

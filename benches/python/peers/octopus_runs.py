@@ -29,7 +29,7 @@ SECONDS, MOST_RUNS = 1.0, 7
 # Pieces of an arm; steps between two output times, as far as they may be needed for one percent.
 PIECES, QUICK_PIECES = (5, 10, 16, 20, 28), (5, 10)
 STEPS_PER_OUTPUT = {"Euler": (16, 64, 256, 512, 1024), "RK4": (8, 32, 128, 256, 512)}
-# A ladder of ever shorter steps ends with the first run that takes longer, in seconds.
+# A series of ever shorter steps ends with the first run that takes longer, in seconds.
 LONGEST_RUN, QUICK_LONGEST_RUN = 12.0, 1.0
 
 
@@ -71,8 +71,8 @@ def lissom_runs(water: bool, reference, quick: bool) -> Iterator[dict]:
 def mujoco_runs(reference, quick: bool) -> Iterator[dict]:
     longest = QUICK_LONGEST_RUN if quick else LONGEST_RUN
     for pieces in QUICK_PIECES if quick else PIECES:
-        for integrator, ladder in STEPS_PER_OUTPUT.items():
-            for count in ladder:
+        for integrator, counts in STEPS_PER_OUTPUT.items():
+            for count in counts:
                 # Not the compilation of the model.
                 octopus_mujoco.model(pieces, integrator, OUTPUT_STEP / count)
                 tips, seconds = timed(

@@ -45,7 +45,7 @@ def run(output: Path, numbers: list[int], quick: bool, peers: list[str]) -> str:
     pile_runs.one_core()
     found = list(
         pile_runs.runs(
-            "lissom", "modes", piles, pile_lissom.ladder, pile_lissom.Simulated, () if quick else piles
+            "lissom", "modes", piles, pile_lissom.resolutions, pile_lissom.Simulated, () if quick else piles
         )
     )
     versions = {"lissom": lissom.__version__}

@@ -1,7 +1,7 @@
 """The pile in lissom: rods that bend and twist, in the default steps of `simulate`."""
 
 import numpy as np
-from pile_runs import Ladder
+from pile_runs import Resolutions
 from pile_scene import LENGTH, TIMES, Clock, Motion, Pile, State
 from speed import contact
 
@@ -25,13 +25,13 @@ def scene(rods: int) -> Pile:
     return Pile(ends[0], (ends[1] - ends[0]) / LENGTH)
 
 
-def ladder(rods: int) -> Ladder:
+def resolutions(rods: int) -> Resolutions:
     """Of bending modes and steps; finer references of many rods would take many minutes."""
     if rods < 50:
-        rungs = tuple((size, step) for size in (2, 3, 5) for step in STEPS)
-        return Ladder(rungs, (8, 1e-4 if rods < 20 else 2e-4), (3, 5e-4))
-    rungs = tuple((size, step) for size in (2, 3) for step in STEPS[:4])
-    return Ladder((*rungs, (5, 1e-3), (5, 5e-4), (6, 2e-4)), (8, 2e-4), (3, 1e-3))
+        pairs = tuple((size, step) for size in (2, 3, 5) for step in STEPS)
+        return Resolutions(pairs, (8, 1e-4 if rods < 20 else 2e-4), (3, 5e-4))
+    pairs = tuple((size, step) for size in (2, 3) for step in STEPS[:4])
+    return Resolutions((*pairs, (5, 1e-3), (5, 5e-4), (6, 2e-4)), (8, 2e-4), (3, 1e-3))
 
 
 class Simulated:

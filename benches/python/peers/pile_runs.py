@@ -22,10 +22,10 @@ class Moving(Protocol):
 
 
 @dataclass(frozen=True)
-class Ladder:
+class Resolutions:
     """Sizes and steps of the runs, the reference, and what settles: a size and a step each."""
 
-    rungs: tuple[tuple[int, float], ...]
+    pairs: tuple[tuple[int, float], ...]
     reference: tuple[int, float]
     settling: tuple[int, float]
 
@@ -40,14 +40,14 @@ def runs(
     code: str,
     unit: str,
     piles: dict[int, Pile],
-    ladder: Callable[[int], Ladder],
+    resolutions: Callable[[int], Resolutions],
     build: Callable[[Pile, int, float], Moving],
     settles: Iterable[int],
 ) -> Iterable[dict]:
     """Every run of each pile; those in `settles` are also followed until they have settled."""
     for rods, pile in piles.items():
-        steps = ladder(rods)
-        for size, step in (*steps.rungs, steps.reference):
+        steps = resolutions(rods)
+        for size, step in (*steps.pairs, steps.reference):
             # A pile can move once only.
             motion = pile_scene.repeated(
                 lambda pile=pile, size=size, step=step: build(pile, size, step).motion()

@@ -13,11 +13,11 @@ from cases import (
     RUBBER_ROD,
     SECONDS,
     TIMES,
-    climb,
     on_one_core,
     packages,
     quick_requested,
     record,
+    run_series,
     shortest,
     steps_per_output,
 )
@@ -99,7 +99,7 @@ def tips_of(simulator, cosserat_rod, steps: int) -> np.ndarray:
     return tips
 
 
-def ladder(
+def series(
     case: str, clamp: str, counts: tuple[int, ...], stiffening: float, compile_seconds: float, longest: float
 ):
     """Runs with ever more elements, each with the steps that are stable."""
@@ -137,9 +137,9 @@ def main() -> None:
     elastica.PositionVerlet().step(simulator, 0.0, 1e-5)
     compile_seconds = time.perf_counter() - start
     for clamp, counts in ELEMENTS.items():
-        climb(ladder("rubber rod", clamp, counts, 1.0, compile_seconds, longest), longest)
-    climb(
-        ladder(
+        run_series(series("rubber rod", clamp, counts, 1.0, compile_seconds, longest), longest)
+    run_series(
+        series(
             "stiffened rubber rod",
             "clamp in mid-element",
             STIFFENED_ELEMENTS,

@@ -4,7 +4,7 @@ use super::equilibria::Equilibria;
 use crate::analysis::reach::misfit::Misfit;
 use crate::error::Interrupted;
 use crate::numerics::linalg::Matrix;
-use crate::numerics::roots::System;
+use crate::numerics::roots::NonlinearSystem;
 use crate::numerics::roots::least_squares::LeastSquares;
 
 /// Targets of a robot at the equilibrium for its inputs.
@@ -45,7 +45,7 @@ impl<'a, 'b> Actuated<'a, 'b> {
     }
 }
 
-impl System for Actuated<'_, '_> {
+impl NonlinearSystem for Actuated<'_, '_> {
     fn unknowns(&self) -> usize {
         self.free.len()
     }

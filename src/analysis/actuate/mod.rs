@@ -57,7 +57,7 @@ use crate::analysis::statics::{Equilibrium, Monitor, Start, Tendons, equilibrium
 use crate::error::{Checker, Interrupted, InvalidInput, Number, Unfinished};
 use crate::model::{Dynamics as _, InTime as _};
 use crate::numerics::linalg::{Matrix, full_svd, norm};
-use crate::numerics::roots::System as _;
+use crate::numerics::roots::NonlinearSystem as _;
 use crate::numerics::roots::least_squares;
 use crate::numerics::roots::least_squares::{Bounds, Counters, End, Form, Outcome, SecondOrder, solve};
 use crate::robot::effects::actuator::{Actuator, Drive, Tendon};
@@ -290,7 +290,7 @@ fn search(
     let mut system = Actuated::new(equilibria, of_targets, problem.u.clone(), problem.free.clone(), sizes);
     let (found, mut counters) = descend(&mut system, &mut x, &bounds, options);
     let no_equilibrium = system.equilibria.no_equilibrium;
-    let mut status = Status::of(found.end, !found.held.is_empty(), no_equilibrium);
+    let mut status = Status::of(found.end, !found.at_bounds.is_empty(), no_equilibrium);
     system.targets.count_alike(true);
     if status == Status::Reached {
         status = match refine_inputs(&mut system, &mut x, wanted, &bounds, options, &mut counters) {
@@ -311,12 +311,12 @@ fn search(
         let State { u, q } = equilibria.known(&u);
         (State { u: problem.clipped(u), q }, None, Vec::new())
     });
-    let held = match status {
-        Status::AtLimits => found.held.iter().map(|&k| problem.free[k]).collect(),
+    let at_limits = match status {
+        Status::AtLimits => found.at_bounds.iter().map(|&k| problem.free[k]).collect(),
         _ => Vec::new(),
     };
     let equilibria = equilibria.number;
-    let end = Ending { u, q, status, held, no_equilibrium, slack, verdict, counters, equilibria };
+    let end = Ending { u, q, status, at_limits, no_equilibrium, slack, verdict, counters, equilibria };
     end.conclude(&mut of_targets, &robot, targets)
 }
 
@@ -341,7 +341,7 @@ struct Ending {
     u: Vec<f64>,
     q: Vec<f64>,
     status: Status,
-    held: Vec<usize>,
+    at_limits: Vec<usize>,
     no_equilibrium: Option<equilibria::NoEquilibrium>,
     slack: Vec<String>,
     verdict: Option<Verdict>,
@@ -356,11 +356,11 @@ impl Ending {
         robot: &Robot,
         targets: &[Target],
     ) -> Result<Found, Unfinished<Found>> {
-        let Self { u, q, status, held, no_equilibrium, slack, verdict, counters, equilibria } = self;
+        let Self { u, q, status, at_limits, no_equilibrium, slack, verdict, counters, equilibria } = self;
         let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
         let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-        let message = outcome::message(status, robot, of_links, &held, no_equilibrium, &slack, verdict);
-        let found = Found { u, q, status, message, errors, poses, held, verdict, counters, equilibria };
+        let message = outcome::message(status, robot, of_links, &at_limits, no_equilibrium, &slack, verdict);
+        let found = Found { u, q, status, message, errors, poses, at_limits, verdict, counters, equilibria };
         if status == Status::Interrupted { Err(Unfinished::new(found)) } else { Ok(found) }
     }
 
@@ -370,7 +370,7 @@ impl Ending {
             u,
             q,
             status,
-            held: Vec::new(),
+            at_limits: Vec::new(),
             no_equilibrium: None,
             slack: Vec::new(),
             verdict: None,

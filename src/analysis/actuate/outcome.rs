@@ -85,7 +85,7 @@ pub struct Found {
     /// Poses of the targets' sections and bodies.
     pub poses: Vec<Pose>,
     /// Entries of u at limits that prevent smaller errors.
-    pub held: Vec<usize>,
+    pub at_limits: Vec<usize>,
     /// Stability of the equilibrium; `None` if unknown.
     pub verdict: Option<Verdict>,
     /// Numbers of steps, residuals and Jacobians.
@@ -99,7 +99,7 @@ pub(super) fn message(
     status: Status,
     robot: &Robot,
     errors: impl Iterator<Item = (usize, Error)>,
-    held: &[usize],
+    at_limits: &[usize],
     no_equilibrium: Option<NoEquilibrium>,
     slack: &[String],
     verdict: Option<Verdict>,
@@ -123,7 +123,7 @@ pub(super) fn message(
             .to_owned(),
         Status::AtLimits => {
             let names = robot.inputs().names();
-            let held: Vec<String> = held.iter().map(|&k| format!("'{}'", names[k])).collect();
+            let held: Vec<String> = at_limits.iter().map(|&k| format!("'{}'", names[k])).collect();
             format!(
                 "The targets cannot be reached within the limits: no small change of the inputs brings the links \
                  nearer. {} held back.",

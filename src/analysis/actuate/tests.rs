@@ -69,7 +69,7 @@ fn the_tension_of_an_arc_is_found() {
         let found = search(&mut pulled(), at(tip(tension)), &Options::default());
         assert_eq!(found.status, Status::Reached, "{}", found.message);
         assert!((found.u[0] - tension).abs() < 1e-7 && found.u[1].abs() < 1e-7, "{:?}", found.u);
-        assert!(found.errors[0].position < 1e-9 && found.held.is_empty() && found.equilibria > 1);
+        assert!(found.errors[0].position < 1e-9 && found.at_limits.is_empty() && found.equilibria > 1);
     }
     // In the other direction the other tendon pulls.
     let [x, y, z] = tip(1.0);
@@ -85,7 +85,7 @@ fn what_is_out_of_reach_is_said() {
     let options = Options { limits: vec![(0, [0.0, 0.5])], ..Options::default() };
     let held = search(&mut pulled(), at(tip(1.0)), &options);
     // The other tendon would have to push.
-    assert_eq!((held.status, &held.held[..]), (Status::AtLimits, &[0, 1][..]), "{}", held.message);
+    assert_eq!((held.status, &held.at_limits[..]), (Status::AtLimits, &[0, 1][..]), "{}", held.message);
     assert!(held.message.contains("'up' and 'down' are held back"), "{}", held.message);
     assert!((held.u[0] - 0.5).abs() < 1e-12 && held.u[1] == 0.0, "{:?}", held.u);
 }

@@ -1,10 +1,10 @@
-//! Coordinates of a rod that follows given points: from node codes, splines of drawings, motion capture.
+//! Fits the coordinates of a rod to given points, such as nodes of another code, splines of drawings or motion capture.
 //!
-//! Points determine bending and stretch. Torsion and shear, on which the axis of a rod hardly depends, stay at rest
-//! unless the axes of sections are given as well. The squared distances (and angles, times the length of the rod)
-//! are minimised by Gauss-Newton steps in a trust region (Levenberg 1944; Moré 1978) with the exact Jacobians of
-//! the kinematics. `start` computes the initial coordinates from the curvature of the points, so that rods of many turns
-//! do not end in a local minimum.
+//! Points determine bending and stretch. Torsion and shear hardly change the axis of a rod; they keep their values at rest
+//! unless frames of sections are given as well. The sum of squared distances (and of angles, times the length of the rod)
+//! is minimised by Gauss-Newton steps in a trust region (Levenberg 1944; Moré 1978) with the exact Jacobians of
+//! the kinematics. `start` estimates the initial coordinates from the curvature of the points, so that the search for rods of
+//! many turns does not end in a local minimum.
 //!
 //! ```
 //! use lissom::curve::{Curve, coordinates_of};
@@ -38,7 +38,7 @@ use start::{NoStart, Start};
 
 pub use points::Curve;
 
-/// Norm of all residuals, relative to the length of the rod, that counts as zero: rounding of positions.
+/// Norm of all residuals, relative to the length of the rod, below which it is rounding of positions.
 const TOLERANCE: f64 = 1e-14;
 
 /// Maximum number of steps: Gauss-Newton steps converge linearly where the points are not on a curve of the modes.
@@ -47,20 +47,20 @@ const MAX_ITER: usize = 200;
 /// Status of a fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Status {
-    /// No small change of the coordinates brings the rod nearer to the points.
+    /// The sum of squared distances has a local minimum.
     Fitted,
     /// The limit of iterations was reached.
     IterationLimit,
     /// No step, however short, reduces the distances.
     Stalled,
-    /// The search led to shapes that the model cannot represent.
+    /// The search ended in an invalid shape.
     Invalid(InvalidShape),
     /// The monitor asked to stop.
     Interrupted,
 }
 
 impl Status {
-    /// True if the coordinates are those of a best fit.
+    /// True if a local minimum was found.
     pub fn is_success(self) -> bool {
         self == Self::Fitted
     }
@@ -114,9 +114,9 @@ impl Followed {
     }
 }
 
-/// Finds the coordinates with which the rod of a link follows a curve best, in the sense of least squares. Costs some ten
-/// Jacobians at each point, and the eigenvectors of as many matrices of the size of the coordinates. An
-/// interruption carries the best shape until then.
+/// Fits the rod of a link to a curve by least squares. Costs about ten
+/// Jacobians per point, and about ten eigendecompositions of matrices of the size of the coordinates. An
+/// interruption carries the best shape so far.
 ///
 /// Fails before the search if the curve is invalid.
 pub fn coordinates_of(

@@ -12,14 +12,14 @@ use crate::numerics::lie::{Quaternion, Rotation, Vector};
 use crate::numerics::linalg::{Cholesky, Matrix};
 use crate::robot::{Link, Robot, RobotModel};
 
-/// Strains that points determine without frames: both bends and the stretch.
+/// Strains that points without frames determine: bending about both axes, and stretch.
 const DETERMINED: Range<usize> = 1..4;
 
-/// Weight of the coordinates themselves relative to that of the strains: coordinates that too few points do not determine
+/// Weight of the coordinates relative to that of the strains (Tikhonov regularisation): coordinates that the points do not determine
 /// become zero.
 const RIDGE: f64 = 1e-10;
 
-/// Sines below this are zero: directions that agree, or are opposite.
+/// Sine of the angle between directions below which they are parallel or opposite.
 const NO_SINE: f64 = 1e-12;
 
 /// Why no initial coordinates were found.

@@ -6,7 +6,7 @@ use crate::error::Interrupted;
 use crate::model::{Dynamics as _, Elastic as _, InvalidShape, rotation_vectors};
 use crate::numerics::lie::{Quaternion, Rotation, Vector, rotation_vector_rate};
 use crate::numerics::linalg::{Matrix, norm};
-use crate::numerics::roots::System;
+use crate::numerics::roots::NonlinearSystem;
 use crate::numerics::roots::least_squares::LeastSquares;
 use crate::robot::{Place, Pose, RobotModel};
 
@@ -215,7 +215,7 @@ fn weighted(weights: Vector<f64>, v: Vector<f64>) -> [f64; 3] {
     [weights.x * v.x, weights.y * v.y, weights.z * v.z]
 }
 
-impl System for Misfit<'_, '_> {
+impl NonlinearSystem for Misfit<'_, '_> {
     fn unknowns(&self) -> usize {
         self.sizes.len()
     }

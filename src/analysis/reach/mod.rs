@@ -140,7 +140,7 @@ fn search(
             (best, x, invalid_shape) = (found, other, misfit.invalid_shape);
         }
     }
-    let mut status = Status::of(best.end, !best.held.is_empty(), invalid_shape);
+    let mut status = Status::of(best.end, !best.at_bounds.is_empty(), invalid_shape);
     misfit.invalid_shape = None;
     misfit.count_alike(true);
     if let Some(form) = form.filter(|_| status == Status::Reached) {
@@ -158,10 +158,10 @@ fn search(
     let mut rates = vec![0.0; q.len()];
     rotation_vectors::wrap(&free, &mut q, &mut rates, &mut []);
     let (errors, poses): (Vec<_>, Vec<_>) = misfit.errors(&q).into_iter().unzip();
-    let held = if status == Status::AtLimits { best.held } else { Vec::new() };
+    let at_limits = if status == Status::AtLimits { best.at_bounds } else { Vec::new() };
     let of_links = targets.iter().map(|target| target.link).zip(errors.iter().copied());
-    let message = outcome::message(status, &robot, of_links, &held, tried, misfit.invalid_shape);
-    let reached = Reached { q, status, message, errors, poses, held, starts: tried, counters };
+    let message = outcome::message(status, &robot, of_links, &at_limits, tried, misfit.invalid_shape);
+    let reached = Reached { q, status, message, errors, poses, at_limits, starts: tried, counters };
     if status == Status::Interrupted { Err(Unfinished::new(reached)) } else { Ok(reached) }
 }
 

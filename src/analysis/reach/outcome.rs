@@ -56,7 +56,7 @@ impl Status {
             Self::Invalid(InvalidShape::Inverted { .. }) => "inverted",
             Self::Invalid(InvalidShape::Collapsed { .. }) => "collapsed",
             Self::Invalid(InvalidShape::Open { .. }) => "loop_open",
-            Self::Invalid(InvalidShape::DeepPenetration { .. }) => "sunk",
+            Self::Invalid(InvalidShape::DeepPenetration { .. }) => "deep_penetration",
             Self::Interrupted => "interrupted",
         }
     }
@@ -77,7 +77,7 @@ pub struct Reached {
     /// Poses of the targets' sections and bodies.
     pub poses: Vec<Pose>,
     /// Indices of coordinates at limits that prevent smaller errors.
-    pub held: Vec<usize>,
+    pub at_limits: Vec<usize>,
     /// Number of starts.
     pub starts: usize,
     /// Total counts of all starts.
@@ -89,7 +89,7 @@ pub(super) fn message(
     status: Status,
     robot: &Robot,
     errors: impl Iterator<Item = (usize, Error)>,
-    held: &[usize],
+    at_limits: &[usize],
     starts: usize,
     invalid_shape: Option<InvalidShape>,
 ) -> String {
@@ -113,7 +113,7 @@ pub(super) fn message(
         ),
         Status::AtLimits => {
             let names = robot.coordinate_names();
-            let held: Vec<&str> = held.iter().map(|&k| names[k].as_str()).collect();
+            let held: Vec<&str> = at_limits.iter().map(|&k| names[k].as_str()).collect();
             format!(
                 "The targets are not reached. Within the limits, no small change of this shape brings the links \
                  nearer; it is the best one found from {from}. {} held back.",
@@ -148,13 +148,13 @@ pub(super) fn message(
 /// "a is", "a, b and 7 others are".
 fn are(names: &[&str]) -> String {
     /// Longer lists would not be read.
-    const MOST: usize = 5;
+    const MAX_LISTED: usize = 5;
     match names {
         [one] => format!("{one} is"),
-        _ if names.len() <= MOST => {
+        _ if names.len() <= MAX_LISTED => {
             let (last, others) = names.split_last().expect("there are some");
             format!("{} and {last} are", others.join(", "))
         }
-        _ => format!("{} and {} others are", names[..MOST].join(", "), names.len() - MOST),
+        _ => format!("{} and {} others are", names[..MAX_LISTED].join(", "), names.len() - MAX_LISTED),
     }
 }

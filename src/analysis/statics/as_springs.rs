@@ -6,7 +6,7 @@
 use crate::analysis::normalised;
 use crate::error::Interrupted;
 use crate::model::constraint::forget_unmoved;
-use crate::model::springs::{Cords, Springs};
+use crate::model::springs::{LengthTendons, Springs};
 use crate::model::{
     Dynamics, Elastic, Energy, Facts, InContact, InTime, InvalidShape, OneSided, Overlap, Radius, Reached,
     Softened, Sprung, Static, Switch, Untied,
@@ -18,7 +18,7 @@ use crate::numerics::linalg::Matrix;
 /// branch.
 const STIFF: f64 = 1e13;
 
-/// A model whose loops are held by springs.
+/// A model whose loops are closed by springs.
 pub(crate) struct AsSprings<'a> {
     model: &'a mut dyn Static,
     facts: Facts,
@@ -28,7 +28,7 @@ pub(crate) struct AsSprings<'a> {
     sizes: Vec<f64>,
     resistance: Vec<f64>,
     /// Prescribed multipliers, the opposite of the springs' forces.
-    held: Option<Vec<f64>>,
+    fixed_multipliers: Option<Vec<f64>>,
     multipliers: Vec<f64>,
     gap_jacobian: Matrix,
 }
@@ -54,7 +54,7 @@ impl<'a> AsSprings<'a> {
             sizes,
             facts,
             model,
-            held: None,
+            fixed_multipliers: None,
             multipliers: vec![0.0; m],
             gap_jacobian: Matrix::zeros(m, n),
         };
@@ -81,10 +81,10 @@ impl<'a> AsSprings<'a> {
         }
     }
 
-    /// Sets the multipliers of the model: the held ones, or those of the springs for its gaps.
+    /// Sets the multipliers of the model: the fixed ones, or those of the springs for its gaps.
     fn answer(&mut self, q: &[f64]) {
-        match &self.held {
-            Some(held) => self.multipliers.copy_from_slice(held),
+        match &self.fixed_multipliers {
+            Some(fixed) => self.multipliers.copy_from_slice(fixed),
             None => {
                 self.model.gaps(q, &mut self.multipliers);
                 self.multipliers
@@ -101,9 +101,9 @@ impl<'a> AsSprings<'a> {
         self.model.set_multipliers(&self.multipliers);
     }
 
-    /// Adds the stiffness of the springs, unless their forces are held.
+    /// Adds the stiffness of the springs, unless their forces are fixed.
     fn add_stiffness(&mut self, q: &[f64], weight: f64, tangent: &mut Matrix) {
-        if self.held.is_some() || weight == 0.0 {
+        if self.fixed_multipliers.is_some() || weight == 0.0 {
             return;
         }
         self.find_rows(q);
@@ -115,12 +115,12 @@ impl<'a> AsSprings<'a> {
     }
 }
 
-/// Facts of a model whose constraints are springs. Its tendons are no longer cords.
+/// Facts of a model whose constraints are springs. Its tendons are no longer tendons.
 fn facts_with_springs(of_model: &Facts) -> Facts {
     Facts {
         gap_sizes: Vec::new(),
         springs: of_model.springs + of_model.constraints(),
-        cords: 0,
+        length_tendons: 0,
         section_places: Vec::new(),
         free_lengths: 0,
         ..of_model.clone()
@@ -168,11 +168,11 @@ impl Elastic for AsSprings<'_> {
 impl Sprung for AsSprings<'_> {
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
         let (n, before, m) = (q.len(), self.model.facts().springs, self.stiffness.len());
-        let mut own = Springs::new(before, n);
+        let mut first = Springs::new(before, n);
         if before > 0 {
-            self.model.linearise_springs(q, &mut own);
+            self.model.linearise_springs(q, &mut first);
         }
-        springs.begin_with(&own);
+        springs.begin_with(&first);
         let mut gaps = vec![0.0; m];
         self.model.gaps(q, &mut gaps);
         self.find_rows(q);
@@ -185,12 +185,12 @@ impl Sprung for AsSprings<'_> {
     fn hold_springs(&mut self, forces: Option<&[f64]>) {
         let before = self.model.facts().springs;
         self.model.hold_springs(forces.map(|forces| &forces[..before]).filter(|_| before > 0));
-        self.held = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
+        self.fixed_multipliers = forces.map(|forces| forces[before..].iter().map(|force| -force).collect());
     }
 
-    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
+    fn linearise_length_tendons(&mut self, _q: &[f64], _tendons: &mut LengthTendons) {}
 
-    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
+    fn hold_length_tendons(&mut self, _tensions: Option<&[f64]>) {}
 }
 
 impl InTime for AsSprings<'_> {

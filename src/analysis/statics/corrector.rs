@@ -4,7 +4,7 @@
 //! At a bifurcation the bordered equations are singular, possibly with a higher nullity. Newton's step is
 //! then dominated by rounding. Nearby it does not contract either, because the tangent is that of the
 //! continuous rod and differs slightly from the derivative of the discretised forces. Therefore soft
-//! directions, which have no stiffness and in which the forces are in equilibrium, can be held fixed.
+//! directions, which have no stiffness and in which the forces are in equilibrium, can be fixed.
 
 use super::equations::{Equations, Linear, State, Step};
 use super::stability::ORTHOGONAL;
@@ -19,16 +19,16 @@ const SLOWEST_RATE: f64 = 0.5;
 /// fewer.
 const MAX_ITERATIONS: usize = 30;
 
-/// Directions with a stiffness below this fraction of the elastic stiffness can be held: well above the
+/// Directions with a stiffness below this fraction of the elastic stiffness can be fixed: well above the
 /// spurious stiffness from the tangent's discretisation, about 1e-5 for a rod rotated by some radians between
 /// stiff supports.
-const SOFT: f64 = 1e-3;
+const SOFT_STIFFNESS: f64 = 1e-3;
 
 /// Below this fraction of the elastic stiffness, the path's component in soft directions is rounding.
-const LOOSE: f64 = 1e-8;
+const ROUNDING_OF_PATHS: f64 = 1e-8;
 
 /// A stiffness below this number of rounding units of the largest one counts as zero.
-const WITHOUT: f64 = 100.0;
+const ZERO_STIFFNESS: f64 = 100.0;
 
 /// A converged correction.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +45,7 @@ pub(super) struct Corrected {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Soft {
     Followed,
-    Held,
+    Fixed,
 }
 
 /// Moves a state to equilibrium within the hyperplane orthogonal to `constraint` (scaled, shape (n + 1,)).
@@ -62,11 +62,11 @@ pub(super) fn correct(
         return Ok(corrected);
     }
     let Some(linear) = equations.linearise(&start)? else { return Ok(None) };
-    if held(&linear, constraint, SOFT, DISPLACEMENT_ROUNDING).is_none() {
+    if with_fixed_directions(&linear, constraint, SOFT_STIFFNESS, DISPLACEMENT_ROUNDING).is_none() {
         return Ok(None);
     }
     *state = start;
-    iterate(equations, state, constraint, tolerance, Soft::Held)
+    iterate(equations, state, constraint, tolerance, Soft::Fixed)
 }
 
 /// The same near a critical point: holds the state in directions without stiffness in which it is in
@@ -77,7 +77,7 @@ pub(super) fn correct_held(
     constraint: &[f64],
     tolerance: f64,
 ) -> Result<Option<Corrected>, Interrupted> {
-    iterate(equations, state, constraint, tolerance, Soft::Held)
+    iterate(equations, state, constraint, tolerance, Soft::Fixed)
 }
 
 fn iterate(
@@ -92,15 +92,15 @@ fn iterate(
     for iteration in 0..MAX_ITERATIONS {
         let Some(linear) = equations.linearise(state)? else { return Ok(None) };
         equations.counters.iterations += 1;
-        let hold = || held(&linear, constraint, SOFT, DISPLACEMENT_ROUNDING);
+        let fix = || with_fixed_directions(&linear, constraint, SOFT_STIFFNESS, DISPLACEMENT_ROUNDING);
         let solved = |mut bordered: Bordered| {
             let right: Vec<f64> = linear.residual.iter().map(|residual| -residual).chain([0.0]).collect();
             let step = bordered.solve(&linear, right);
             let size = norm(&step.scaled);
             (step, size)
         };
-        let held_first = if soft == Soft::Held { hold() } else { None };
-        let Some(bordered) = held_first.or_else(|| Bordered::new(&linear, &linear.tangent, constraint))
+        let fixed_first = if soft == Soft::Fixed { fix() } else { None };
+        let Some(bordered) = fixed_first.or_else(|| Bordered::new(&linear, &linear.tangent, constraint))
         else {
             return Ok(None);
         };
@@ -109,7 +109,7 @@ fn iterate(
         if soft == Soft::Followed
             && iteration > 0
             && size > tolerance.max(SLOWEST_RATE * previous)
-            && let Some(bordered) = hold()
+            && let Some(bordered) = fix()
         {
             (step, size) = solved(bordered);
         }
@@ -142,8 +142,8 @@ fn iterate(
 /// `None` if it is not finite.
 pub(super) fn direction(linear: &Linear, forward: &[f64]) -> Option<Step> {
     let n = linear.load.len();
-    let held = held(linear, forward, LOOSE, f64::INFINITY);
-    let mut bordered = held.or_else(|| Bordered::new(linear, &linear.tangent, forward))?;
+    let fixed = with_fixed_directions(linear, forward, ROUNDING_OF_PATHS, f64::INFINITY);
+    let mut bordered = fixed.or_else(|| Bordered::new(linear, &linear.tangent, forward))?;
     let mut right = vec![0.0; n + 1];
     right[n] = 1.0;
     let mut step = bordered.solve(linear, right);
@@ -164,9 +164,9 @@ pub(super) fn newton_step(linear: &Linear) -> Option<f64> {
     let mut x = vec![0.0; n];
     for (k, stiffness) in stiffness.into_iter().enumerate() {
         let force: f64 = left.column(k).iter().zip(&linear.residual).map(|(u, f)| u * f).sum();
-        if stiffness > WITHOUT * none {
+        if stiffness > ZERO_STIFFNESS * none {
             x.iter_mut().zip(right.column(k).iter()).for_each(|(x, v)| *x += v * force / stiffness);
-        } else if force.abs() > WITHOUT * none {
+        } else if force.abs() > ZERO_STIFFNESS * none {
             return None;
         }
     }
@@ -212,7 +212,12 @@ impl Bordered {
 /// The bordered equations with the stiffness of the material in soft directions. Soft directions have less
 /// than the fraction `largest` of the elastic stiffness and no load, and their residual would move the
 /// material by no more than `rounding`. `None` if there are no such directions.
-fn held(linear: &Linear, constraint: &[f64], largest: f64, rounding: f64) -> Option<Bordered> {
+fn with_fixed_directions(
+    linear: &Linear,
+    constraint: &[f64],
+    largest: f64,
+    rounding: f64,
+) -> Option<Bordered> {
     if let Some(mut bordered) = Bordered::new(linear, &linear.tangent, constraint)
         && bordered.lu.reciprocal_condition() > largest
     {

@@ -17,12 +17,12 @@ const FIRST_RADIUS: f64 = 0.5;
 const LARGEST_RADIUS: f64 = 4.0;
 
 /// A step is accepted if its work is at least this fraction of the quadratic model's prediction.
-const TAKEN: f64 = 1e-3;
+const ACCEPTED_RATIO: f64 = 1e-3;
 
-/// Below `POOR` the radius shrinks to a quarter of the step, above `GOOD` it may double (Conn, Gould and
+/// Below `POOR_RATIO` the radius shrinks to a quarter of the step, above `GOOD_RATIO` it may double (Conn, Gould and
 /// Toint 2000, section 6.1).
-const POOR: f64 = 0.25;
-const GOOD: f64 = 0.75;
+const POOR_RATIO: f64 = 0.25;
+const GOOD_RATIO: f64 = 0.75;
 
 /// Multiples of the normalised stiffness added to the tangent, so that steps descend and stay within the region:
 /// first shift, and ratio of successive shifts.
@@ -33,19 +33,19 @@ const SHIFT_FACTOR: f64 = 4.0;
 const LARGEST_SHIFT: f64 = 1e12;
 
 /// Steps shorter than this are accepted without comparing their work, which is at the level of rounding.
-const TRUSTED: f64 = 1e-6;
+const ROUNDING_STEP: f64 = 1e-6;
 
-/// Smallest radius at the start of an iteration: well above [`TRUSTED`], so that one rejected step does not end the descent.
-const SMALLEST_RADIUS: f64 = 1e3 * TRUSTED;
+/// Smallest radius at the start of an iteration: well above [`ROUNDING_STEP`], so that one rejected step does not end the descent.
+const SMALLEST_RADIUS: f64 = 1e3 * ROUNDING_STEP;
 
 /// If surfaces begin to touch within such a step, the tangent changes along it; then only steps shorter by
 /// this factor are at the level of rounding.
-const AT_KINKS: f64 = 1e-3;
+const ROUNDING_FACTOR_AT_KINKS: f64 = 1e-3;
 
 /// Maximum number of iterations that make a trial's springs consistent with their forces; each one about doubles the number of
 /// correct digits. The same limit applies at the start, which may be far from consistent.
-const RESTORING: usize = 8;
-const FIRST_RESTORING: usize = 50;
+const MAX_SPRING_ITERATIONS: usize = 8;
+const MAX_FIRST_SPRING_ITERATIONS: usize = 50;
 
 /// Result of a descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +116,7 @@ pub(super) fn descend(
 ) -> Result<Descent, Interrupted> {
     if !state.forces.is_empty() {
         state.forces.fill(0.0);
-        equations.restore(state, FIRST_RESTORING);
+        equations.restore(state, MAX_FIRST_SPRING_ITERATIONS);
         *state = equations.state(std::mem::take(&mut state.q), state.load_factor)?;
     }
     let mut shifted = Shifted::new(equations.n());
@@ -138,31 +138,37 @@ pub(super) fn descend(
                 *state = trial;
                 return Ok(Descent::Converged { step_norm: length, residual_norm });
             }
-            equations.restore(&mut trial, RESTORING);
+            equations.restore(&mut trial, MAX_SPRING_ITERATIONS);
             let there = equations.downhill(&trial)?;
             let work = here.work(&there, &trial.since(state, &equations.sizes));
             // Half of R.x + x.K x with (K + shift) x = -R.
-            let promised = 0.5 * (dot(&linear.residual, &shifted.x) - shift * dot(&shifted.x, &shifted.x));
+            let predicted = 0.5 * (dot(&linear.residual, &shifted.x) - shift * dot(&shifted.x, &shifted.x));
             let inverted = equations
                 .invalid_shape(&trial.q)
                 .filter(|invalid_shape| matches!(invalid_shape, InvalidShape::Inverted { .. }));
             let is_sound = work.is_finite()
                 && inverted.is_none()
                 && !equations.have_tunnelled(&state.q, &trial.q, length);
-            let ratio = if is_sound { work / promised } else { 0.0 };
-            if ratio < POOR {
+            let ratio = if is_sound { work / predicted } else { 0.0 };
+            if ratio < POOR_RATIO {
                 radius = 0.25 * length;
-            } else if ratio > GOOD && length > 0.5 * radius {
+            } else if ratio > GOOD_RATIO && length > 0.5 * radius {
                 radius = (2.0 * radius).min(LARGEST_RADIUS);
             }
             let is_better = there.residual_norm < here.residual_norm && is_sound;
-            if ratio > TAKEN || length <= TRUSTED && is_better {
+            if ratio > ACCEPTED_RATIO || length <= ROUNDING_STEP && is_better {
                 *state = trial;
                 here = there;
                 break;
             }
             invalid_shape = inverted;
-            if length <= if equations.has_contact() { AT_KINKS * TRUSTED } else { TRUSTED } {
+            if length
+                <= if equations.has_contact() {
+                    ROUNDING_FACTOR_AT_KINKS * ROUNDING_STEP
+                } else {
+                    ROUNDING_STEP
+                }
+            {
                 // The remaining residual is rounding.
                 return Ok(if length <= tolerance.sqrt() && shift <= 1.0 && invalid_shape.is_none() {
                     Descent::Converged { step_norm: length, residual_norm }

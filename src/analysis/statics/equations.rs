@@ -1,7 +1,7 @@
 //! Equations of equilibrium of a model under a fraction of its loads.
 
-use super::growth::Growth;
-use super::ladder;
+use super::load_parameter::LoadParameter;
+use super::stiffness_continuation;
 use crate::analysis::normalised;
 use crate::analysis::normalised::{Normalised, scaled};
 use crate::analysis::small_motions::small_motions;
@@ -35,7 +35,7 @@ impl std::ops::Add for Counters {
     }
 }
 
-/// Equilibrium equations `R(q, lambda) = 0` at rest with the load factor lambda ([`Growth`]):
+/// Equilibrium equations `R(q, lambda) = 0` at rest with the load factor lambda ([`LoadParameter`]):
 /// `tau_elastic(q) + lambda (tau(q) - tau_elastic(q))` if lambda scales all loads including gravity, or
 /// `tau(q; u(lambda))` if inputs follow a path. Loads need no potential.
 ///
@@ -47,7 +47,7 @@ pub(super) struct Equations<'a> {
     monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     pub(super) sizes: Vec<f64>,
     pub(super) counters: Counters,
-    growth: Growth,
+    load_parameter: LoadParameter,
     rest: Vec<f64>,
     elastic: Vec<f64>,
     /// Reference stiffnesses of coordinates without elasticity along a path of inputs: those at its start, so
@@ -176,7 +176,7 @@ impl<'a> Equations<'a> {
     /// the search.
     pub(super) fn new(
         model: &'a mut dyn Static,
-        growth: Growth,
+        load_parameter: LoadParameter,
         near: &[f64],
         monitor: &'a mut dyn FnMut() -> Result<(), Interrupted>,
     ) -> Self {
@@ -191,7 +191,7 @@ impl<'a> Equations<'a> {
             monitor,
             sizes,
             counters,
-            growth,
+            load_parameter,
             elastic,
             rest,
             knows_overlaps: false,
@@ -203,7 +203,7 @@ impl<'a> Equations<'a> {
 
     /// Inputs at a load factor; empty if loads grow instead.
     pub(super) fn inputs_at(&self, load_factor: f64) -> Vec<f64> {
-        self.growth.inputs_at(load_factor).unwrap_or_default()
+        self.load_parameter.inputs_at(load_factor).unwrap_or_default()
     }
 
     /// Rewrites a shape with rotation vectors no longer than pi.
@@ -234,13 +234,13 @@ impl<'a> Equations<'a> {
     pub(super) fn have_tunnelled(&mut self, from: &[f64], to: &[f64], length: f64) -> bool {
         /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
         /// a thousandth of its length.
-        const PART: f64 = 0.1;
+        const LENGTH_OF_PARTS: f64 = 0.1;
         if !self.model.facts().has_contact || !length.is_finite() {
             return false;
         }
-        let inside = ladder::inside(&mut *self.model, [from, to]);
+        let inside = stiffness_continuation::tunnelling_overlap(&mut *self.model, [from, to]);
         self.model.store_surfaces(from);
-        let parts = (length / PART).ceil().max(1.0) as usize;
+        let parts = (length / LENGTH_OF_PARTS).ceil().max(1.0) as usize;
         let mut q = vec![0.0; from.len()];
         (1..=parts).any(|part| {
             let x = part as f64 / parts as f64;
@@ -257,7 +257,7 @@ impl<'a> Equations<'a> {
     /// State with the forces of the springs in this shape.
     pub(super) fn state(&mut self, q: Vec<f64>, load_factor: f64) -> Result<State, Interrupted> {
         let mut state = State { q, load_factor, forces: Vec::new() };
-        self.growth.set(self.model, load_factor)?;
+        self.load_parameter.set(self.model, load_factor)?;
         if let Some(own) = normalised::linearised(self.model, &state.q, &self.sizes) {
             state.forces.clone_from(&own.forces);
             if let Some(linear) = self.linearise(&state)? {
@@ -273,7 +273,7 @@ impl<'a> Equations<'a> {
         if !self.model.facts().is_one_sided {
             return Ok(false);
         }
-        self.growth.set(self.model, state.load_factor)?;
+        self.load_parameter.set(self.model, state.load_factor)?;
         let mut multipliers: Vec<f64> = state.forces.iter().map(|force| -force).collect();
         if self.model.switch(&state.q, &mut multipliers) == Switch::Nothing {
             return Ok(false);
@@ -284,11 +284,11 @@ impl<'a> Equations<'a> {
 
     /// Whether `switch` would change anything.
     pub(super) fn would_switch(&mut self, state: &State) -> Result<bool, Interrupted> {
-        let held: Vec<f64> =
-            self.model.active().into_iter().map(|is_held| f64::from(u8::from(is_held))).collect();
+        let active: Vec<f64> =
+            self.model.active().into_iter().map(|is_active| f64::from(u8::from(is_active))).collect();
         let would_switch = self.switch(&mut state.clone())?;
         if would_switch {
-            self.model.release(&held);
+            self.model.release(&active);
         }
         Ok(would_switch)
     }
@@ -300,39 +300,39 @@ impl<'a> Equations<'a> {
         state: &State,
         springs: Option<&Springs>,
     ) -> Result<Option<Vec<f64>>, Interrupted> {
-        let (Some(springs), Growth::Inputs(_), true) =
-            (springs, &self.growth, self.model.facts().is_one_sided)
+        let (Some(springs), LoadParameter::Inputs(_), true) =
+            (springs, &self.load_parameter, self.model.facts().is_one_sided)
         else {
             return Ok(None);
         };
-        self.growth.set(self.model, state.load_factor + 1.0)?;
+        self.load_parameter.set(self.model, state.load_factor + 1.0)?;
         let there = normalised::linearised(self.model, &state.q, &self.sizes);
-        self.growth.set(self.model, state.load_factor)?;
+        self.load_parameter.set(self.model, state.load_factor)?;
         let rates =
             |there: Springs| there.forces.iter().zip(&springs.forces).map(|(to, from)| to - from).collect();
         Ok(there.map(rates))
     }
 
-    /// Scaled residual, with the springs' forces of the shape or with held forces, and its derivative with
+    /// Scaled residual, with the springs' forces of the shape or with fixed forces, and its derivative with
     /// respect to the load factor.
     fn forces(
         &mut self,
         q: &[f64],
         load_factor: f64,
-        held: Option<&[f64]>,
+        spring_forces: Option<&[f64]>,
         residual: &mut [f64],
         load: &mut [f64],
     ) -> Result<(), Interrupted> {
         (self.monitor)()?;
         self.counters.forces += 1;
-        self.growth.set(self.model, load_factor)?;
-        self.model.hold_springs(held);
-        match &mut self.growth {
-            Growth::Loads => {
+        self.load_parameter.set(self.model, load_factor)?;
+        self.model.hold_springs(spring_forces);
+        match &mut self.load_parameter {
+            LoadParameter::Loads => {
                 self.model.inverse_dynamics(q, &self.rest, &self.rest, load);
                 self.model.elastic_forces(q, &mut self.elastic);
             }
-            Growth::Inputs(inputs) => {
+            LoadParameter::Inputs(inputs) => {
                 self.model.inverse_dynamics(q, &self.rest, &self.rest, residual);
                 inputs.load(self.model, q, &self.rest, load);
             }
@@ -340,7 +340,7 @@ impl<'a> Equations<'a> {
         self.model.hold_springs(None);
         for i in 0..q.len() {
             let size = self.sizes[i];
-            if matches!(self.growth, Growth::Loads) {
+            if matches!(self.load_parameter, LoadParameter::Loads) {
                 load[i] = size * (load[i] - self.elastic[i]);
                 residual[i] = size * self.elastic[i] + load_factor * load[i];
             } else {
@@ -367,10 +367,10 @@ impl<'a> Equations<'a> {
     pub(super) fn downhill(&mut self, state: &State) -> Result<DescentState, Interrupted> {
         let n = state.q.len();
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
-        self.growth.set(self.model, state.load_factor)?;
+        self.load_parameter.set(self.model, state.load_factor)?;
         let springs = normalised::linearised(self.model, &state.q, &self.sizes);
-        let held = springs.is_some().then_some(&state.forces[..]);
-        self.forces(&state.q, state.load_factor, held, &mut residual, &mut load)?;
+        let spring_forces = springs.is_some().then_some(&state.forces[..]);
+        self.forces(&state.q, state.load_factor, spring_forces, &mut residual, &mut load)?;
         let residual_norm = norm(&residual);
         if springs.is_some() {
             let none = vec![0.0; state.forces.len()];
@@ -403,23 +403,23 @@ impl<'a> Equations<'a> {
         Ok(state.load_factor * (touching - apart))
     }
 
-    /// The scaled tangent `dR/dq` and its elastic part, with the springs' forces of the shape or with held
+    /// The scaled tangent `dR/dq` and its elastic part, with the springs' forces of the shape or with fixed
     /// forces.
     fn tangents(
         &mut self,
         q: &[f64],
         load_factor: f64,
-        held: Option<&[f64]>,
+        spring_forces: Option<&[f64]>,
     ) -> Result<[Matrix; 2], Interrupted> {
         let n = q.len();
         let [mut tangent, mut elastic] = [Matrix::zeros(n, n), Matrix::zeros(n, n)];
         self.counters.tangents += 1;
-        self.growth.set(self.model, load_factor)?;
-        self.model.hold_springs(held);
+        self.load_parameter.set(self.model, load_factor)?;
+        self.model.hold_springs(spring_forces);
         self.model.weighted_tangent(q, &self.rest, &self.rest, [1.0, 0.0, 0.0], &mut tangent);
         self.model.elastic_tangent(q, &mut elastic);
         self.model.hold_springs(None);
-        if matches!(self.growth, Growth::Loads) && load_factor != 1.0 {
+        if matches!(self.load_parameter, LoadParameter::Loads) && load_factor != 1.0 {
             for (entry, part) in tangent.iter_mut().zip(&elastic) {
                 *entry = part + load_factor * (*entry - part);
             }
@@ -443,19 +443,19 @@ impl<'a> Equations<'a> {
     pub(super) fn linearise(&mut self, state: &State) -> Result<Option<Linear>, Interrupted> {
         let State { q, load_factor, forces } = state;
         let n = q.len();
-        self.growth.set(self.model, *load_factor)?;
+        self.load_parameter.set(self.model, *load_factor)?;
         let springs = normalised::linearised(self.model, q, &self.sizes);
-        let held = springs.is_some().then_some(&forces[..]);
+        let spring_forces = springs.is_some().then_some(&forces[..]);
         let (mut residual, mut load) = (vec![0.0; n], vec![0.0; n]);
-        self.forces(q, *load_factor, held, &mut residual, &mut load)?;
-        let [tangent, elastic] = self.tangents(q, *load_factor, held)?;
+        self.forces(q, *load_factor, spring_forces, &mut residual, &mut load)?;
+        let [tangent, elastic] = self.tangents(q, *load_factor, spring_forces)?;
         let material = self.material.as_ref().unwrap_or(&elastic);
         let reference = || {
             let forces: Vec<f64> =
                 load.iter().zip(&residual).map(|(l, r): (&f64, &f64)| l.abs().max(r.abs())).collect();
             normalised::reference(material, &tangent, &forces, &self.model.facts().parts)
         };
-        if matches!(self.growth, Growth::Inputs(_)) && self.reference.is_none() {
+        if matches!(self.load_parameter, LoadParameter::Inputs(_)) && self.reference.is_none() {
             self.reference = Some(reference());
         }
         let fallback = || self.reference.clone().unwrap_or_else(reference);
@@ -483,9 +483,9 @@ impl<'a> Equations<'a> {
     /// directions adapt, soft ones stay.
     pub(super) fn restore(&mut self, state: &mut State, iterations: usize) {
         /// Longest step for which the linearisation is useful.
-        const LONGEST: f64 = 0.5;
+        const LONGEST_STEP: f64 = 0.5;
         /// Steps below this length are negligible.
-        const SHORTEST: f64 = 1e-10;
+        const SHORTEST_STEP: f64 = 1e-10;
         let Some(material) = &self.material else { return };
         for _ in 0..iterations {
             let Some(springs) = normalised::linearised(self.model, &state.q, &self.sizes) else { return };
@@ -496,11 +496,11 @@ impl<'a> Equations<'a> {
             };
             let step = normalised.coordinates(&normalised.restoring(&springs, &state.forces));
             let length = norm(&step);
-            let part = (LONGEST / length).min(1.0);
+            let part = (LONGEST_STEP / length).min(1.0);
             for ((q, step), size) in state.q.iter_mut().zip(&step).zip(&self.sizes) {
                 *q += part * step * size;
             }
-            if length.is_nan() || length <= SHORTEST {
+            if length.is_nan() || length <= SHORTEST_STEP {
                 return;
             }
         }
@@ -513,8 +513,8 @@ impl<'a> Equations<'a> {
 
     /// Stability of an equilibrium. Terms that depend on velocities are not scaled by the load factor.
     pub(super) fn verdict(&mut self, state: &State) -> Result<Option<Verdict>, Interrupted> {
-        self.growth.set(self.model, state.load_factor)?;
-        let loads = if matches!(self.growth, Growth::Loads) { state.load_factor } else { 1.0 };
+        self.load_parameter.set(self.model, state.load_factor)?;
+        let loads = if matches!(self.load_parameter, LoadParameter::Loads) { state.load_factor } else { 1.0 };
         let motions = small_motions(self.model, &state.q, &self.sizes, loads, &[]);
         Ok(motions.and_then(|motions| stability::verdict(&motions)))
     }

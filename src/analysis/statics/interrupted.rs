@@ -1,7 +1,7 @@
 //! Interrupted searches.
 
 use super::equations::{Counters, Equations, State};
-use super::growth::Growth;
+use super::load_parameter::LoadParameter;
 use super::options::Start;
 use super::outcome::{self, Equilibrium, Status};
 use super::path::Path;
@@ -64,7 +64,7 @@ impl InterruptedSearch {
             |reached| *reached,
         );
         let mut never = || Ok(());
-        let mut equations = Equations::new(model, Growth::Loads, &q, &mut never);
+        let mut equations = Equations::new(model, LoadParameter::Loads, &q, &mut never);
         let [mut residual, mut load] = [vec![0.0; n], vec![0.0; n]];
         // A function of time that has failed is not called again.
         let evaluated = equations.residual(&q, load_factor, &mut residual, &mut load);

@@ -4,8 +4,8 @@
 //! by Newton's method nearby. [`continuation`] follows paths through limit points and from bifurcations. Both
 //! report stability.
 //!
-//! `equations` contains the forces under a part of the load (`growth`), `corrector` Newton's method that
-//! stays on its path, `path` continuation, `search` the search for equilibria from a shape, `descent` that under
+//! `equations` contains the forces at a load factor (`load_parameter`), `corrector` Newton's method that
+//! stays on its path, `path` continuation, `search` the search for equilibria from a shape (with contacts, by `stiffness_continuation`), `descent` that under
 //! loads without a potential, `stability` the search for critical points, `tendons` the detection of slack
 //! tendons, `tied` and `tied_newton` models with closed loops, and `space_error` the error due to the finite number of modes.
 //! [`crate::analysis::stability`] judges stability.
@@ -26,22 +26,22 @@ mod as_springs;
 mod corrector;
 mod descent;
 mod equations;
-mod growth;
 mod interrupted;
-mod ladder;
+mod load_parameter;
 mod options;
 mod outcome;
 mod path;
 mod search;
 mod space_error;
 mod stability;
+mod stiffness_continuation;
 mod tendons;
 mod tied;
 mod tied_newton;
 
 pub use equations::Counters;
-pub use growth::InputPath;
 pub use interrupted::Monitor;
+pub use load_parameter::InputPath;
 pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
@@ -51,8 +51,8 @@ pub use tendons::Tendons;
 use as_springs::AsSprings;
 use descent::Descent;
 use equations::{Equations, State};
-use growth::Growth;
 use interrupted::{InterruptedSearch, Reached};
+use load_parameter::LoadParameter;
 use path::{End, Follower, PathLimits};
 use search::Ended;
 use stability::Stiffness;
@@ -159,7 +159,7 @@ pub fn continuation(
             stability: false,
             ..Options::default()
         };
-        let set = Growth::of_inputs(inputs, model.facts().n).set(model, options.load_factor);
+        let set = LoadParameter::of_inputs(inputs, model.facts().n).set(model, options.load_factor);
         let found = match set {
             Ok(()) => search_with_options(model, &search, &mut *monitor)?,
             Err(interrupted) => Err(interrupted.into()),
@@ -190,8 +190,9 @@ fn follow(
 ) -> Result<Continuation, Unfinished<Continuation>> {
     let n = model.facts().n;
     let near = options.q0.clone().unwrap_or_else(|| vec![0.0; n]);
-    let growth = options.inputs.as_ref().map_or(Growth::Loads, |inputs| Growth::of_inputs(inputs, n));
-    let mut equations = Equations::new(model, growth, &near, monitor);
+    let load_parameter =
+        options.inputs.as_ref().map_or(LoadParameter::Loads, |inputs| LoadParameter::of_inputs(inputs, n));
+    let mut equations = Equations::new(model, load_parameter, &near, monitor);
     equations.counters = counters;
     equations.judges = options.stability;
     let mut path = Path::default();
@@ -260,9 +261,9 @@ impl Status {
     }
 }
 
-/// Largest relative change of forces that balances them in an equilibrium (`search::end`): above the residual of converged shapes, 1e-10
+/// Largest relative change of forces that balances them in an equilibrium (`search::balance`): above the residual of converged shapes, 1e-10
 /// of the largest forces, and below any missing force.
-const BALANCED: f64 = 1e-4;
+const BALANCED_FORCES: f64 = 1e-4;
 
 /// Follows the path of growing loads; if the path ends early, releases the model there.
 fn load(
@@ -276,8 +277,8 @@ fn load(
     let unjudged = Options { stability: false, ..options.clone() };
     let followed = if model.facts().constraints() > 0 {
         model.release_open(&rest, None);
-        let mut held = AsSprings::new(model, &rest);
-        let mut equations = judging(&mut held, &rest, &unjudged, &mut *monitor);
+        let mut with_springs = AsSprings::new(model, &rest);
+        let mut equations = judging(&mut with_springs, &rest, &unjudged, &mut *monitor);
         follow_loads(&mut equations, stops, options)?
     } else {
         let mut equations = judging(model, &rest, &unjudged, &mut *monitor);
@@ -361,7 +362,7 @@ fn follow_loads(
 fn is_balanced(model: &mut dyn Static, q: &[f64], monitor: Monitor<'_>) -> Result<bool, Interrupted> {
     // Only rotation vectors have singularities, and only constraints can have inadmissible signs.
     let is_regular = model.facts().rotation_vectors.is_empty() && model.facts().constraints() == 0;
-    Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED)
+    Ok(is_regular || search::error_of_balance(model, q, monitor)? <= BALANCED_FORCES)
 }
 
 /// Searches the equilibrium at which a released shape comes to rest; leaves saddles if it has to be stable.
@@ -432,8 +433,8 @@ fn without_potential(
         if model.facts().constraints() == 0 {
             return of(&mut judging(model, q, options, monitor));
         }
-        let mut held = AsSprings::new(model, q);
-        let found = of(&mut judging(&mut held, q, options, &mut *monitor))?;
+        let mut with_springs = AsSprings::new(model, q);
+        let found = of(&mut judging(&mut with_springs, q, options, &mut *monitor))?;
         let found = tied::judged(model, found, None, options);
         match found.status {
             Status::Stalled | Status::IterationLimit => beside(model, found, options, monitor),
@@ -468,10 +469,10 @@ fn until_balanced(
     mut search: impl FnMut(&mut dyn Static, &[f64], Monitor<'_>) -> Result<Equilibrium, InterruptedSearch>,
 ) -> Result<Equilibrium, InterruptedSearch> {
     /// Maximum number of repetitions; one is usually enough.
-    const TIMES: usize = 4;
+    const MAX_REPETITIONS: usize = 4;
     let mut q = q0.to_vec();
     let mut counters = Counters::default();
-    for time in 1..=TIMES {
+    for time in 1..=MAX_REPETITIONS {
         chart::fold(&model.facts().rotation_vectors, &mut q);
         let found = search(model, &q, &mut *monitor)?;
         counters = counters + found.counters;
@@ -479,7 +480,7 @@ fn until_balanced(
         if !found.status.is_success() || is_balanced(model, &found.q, &mut *monitor)? {
             return Ok(found);
         }
-        if time == TIMES {
+        if time == MAX_REPETITIONS {
             let message =
                 outcome::message(model, Status::Stalled, found.load_factor, true, None, &found.path);
             return Ok(Equilibrium { status: Status::Stalled, message, ..found });
@@ -511,8 +512,8 @@ fn near(
 }
 
 /// Number of descent iterations before Newton's method is tried, and the factor between successive tries.
-const FIRST_TRY: usize = 50;
-const LONGER_TRY: usize = 4;
+const FIRST_ITERATIONS: usize = 50;
+const ITERATIONS_FACTOR: usize = 4;
 
 /// Newton's result counts as the equilibrium of the descent if it is no farther away than this, in scaled
 /// coordinates.
@@ -531,7 +532,7 @@ fn descend_onto_surfaces(
     let mut first = None;
     for knows_overlaps in [false, true] {
         equations.knows_overlaps = knows_overlaps;
-        let (mut q, mut left, mut length) = (q0.to_vec(), options.max_iter, FIRST_TRY);
+        let (mut q, mut left, mut length) = (q0.to_vec(), options.max_iter, FIRST_ITERATIONS);
         loop {
             let max_iter = length.min(left);
             let descended = descend_from(equations, &q, &Options { max_iter, ..options.clone() })?;
@@ -552,7 +553,7 @@ fn descend_onto_surfaces(
             if nearby.status.is_success() && (is_at_end || is_near && is_free()?) {
                 return Ok(nearby);
             }
-            (left, length) = (left - max_iter, LONGER_TRY * length);
+            (left, length) = (left - max_iter, ITERATIONS_FACTOR * length);
             q.copy_from_slice(&descended.q);
             if is_at_end {
                 first.get_or_insert(descended);
@@ -597,7 +598,7 @@ impl FixedLoadSystem<'_, '_> {
     }
 }
 
-impl roots::System for FixedLoadSystem<'_, '_> {
+impl roots::NonlinearSystem for FixedLoadSystem<'_, '_> {
     fn unknowns(&self) -> usize {
         self.load.len()
     }
@@ -682,7 +683,7 @@ fn judging<'a>(
     options: &Options,
     monitor: Monitor<'a>,
 ) -> Equations<'a> {
-    let mut equations = Equations::new(model, Growth::Loads, near, monitor);
+    let mut equations = Equations::new(model, LoadParameter::Loads, near, monitor);
     equations.judges = options.stability;
     equations
 }
@@ -698,10 +699,10 @@ fn judged(
 ) -> Result<Equilibrium, InterruptedSearch> {
     let (q, multipliers) = (found.state.q.clone(), found.multipliers.clone());
     let equilibrium = if model.facts().constraints() > 0 {
-        let mut held = AsSprings::new(model, &q);
+        let mut with_springs = AsSprings::new(model, &q);
         // Only motions that keep the loops closed decide stability.
         let quiet = Options { stability: false, ..options.clone() };
-        judge(&mut judging(&mut held, &q, &quiet, monitor), found, path)
+        judge(&mut judging(&mut with_springs, &q, &quiet, monitor), found, path)
     } else {
         judge(&mut judging(model, &q, options, monitor), found, path)
     };
@@ -740,13 +741,13 @@ fn judge(equations: &mut Equations<'_>, found: Found, path: Path) -> Result<Equi
     };
     let State { mut q, load_factor, .. } = state;
     equations.wrap(&mut q);
-    let own_norm = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
+    let norm_of_state = linear.as_ref().map_or(f64::NAN, |linear| linear.residual_norm);
     Ok(Equilibrium {
         message: outcome::message(equations.model, status, load_factor, equations.judges, verdict, &path),
         load_factor,
         q,
         status,
-        residual_norm: if residual_norm.is_nan() { own_norm } else { residual_norm },
+        residual_norm: if residual_norm.is_nan() { norm_of_state } else { residual_norm },
         step_norm,
         verdict,
         lowest: stiffness.map_or(f64::NAN, |stiffness| stiffness.lowest),

@@ -1,6 +1,6 @@
 //! Options of searches for equilibria.
 
-use super::growth::InputPath;
+use super::load_parameter::InputPath;
 use crate::error::{Checker, InvalidInput};
 use crate::model::Facts;
 

@@ -47,7 +47,7 @@ impl Status {
     pub fn name(self) -> &'static str {
         match self {
             Self::Converged => "converged",
-            Self::Released => "let_go",
+            Self::Released => "released",
             Self::Finished => "finished",
             Self::NoStart => "no_start",
             Self::StepTooSmall => "step_too_small",
@@ -60,7 +60,7 @@ impl Status {
             Self::Invalid(InvalidShape::Inverted { .. }) => "inverted",
             Self::Invalid(InvalidShape::Collapsed { .. }) => "collapsed",
             Self::Invalid(InvalidShape::Open { .. }) => "loop_open",
-            Self::Invalid(InvalidShape::DeepPenetration { .. }) => "sunk",
+            Self::Invalid(InvalidShape::DeepPenetration { .. }) => "deep_penetration",
             Self::Newton(status) => status.name(),
             Self::Interrupted => "interrupted",
         }

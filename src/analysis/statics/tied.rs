@@ -105,6 +105,6 @@ pub(super) fn continuation(
         None => Some(closed(model, &rest)?),
         Some(q0) => Some(closed(model, q0)?),
     };
-    let mut held = AsSprings::new(model, q0.as_deref().unwrap_or(&rest));
-    Ok(super::follow(&mut held, &ContinuationOptions { q0, ..options.clone() }, counters, monitor))
+    let mut with_springs = AsSprings::new(model, q0.as_deref().unwrap_or(&rest));
+    Ok(super::follow(&mut with_springs, &ContinuationOptions { q0, ..options.clone() }, counters, monitor))
 }

@@ -48,7 +48,7 @@ impl Equations<'_, '_> {
     }
 }
 
-impl roots::System for Equations<'_, '_> {
+impl roots::NonlinearSystem for Equations<'_, '_> {
     fn unknowns(&self) -> usize {
         self.q.len() + self.gaps.len()
     }
@@ -140,7 +140,7 @@ pub(super) fn approach(
     };
     let outcome = roots::Newton::new(n + m, n + m).solve(&mut system, &mut x, &search);
     let mut residual = vec![0.0; n + m];
-    let evaluated = roots::System::residual(&mut system, &x, &mut residual);
+    let evaluated = roots::NonlinearSystem::residual(&mut system, &x, &mut residual);
     system.model.set_multipliers(&vec![0.0; m]);
     let outcome = outcome.map_err(|unfinished| {
         let outcome = unfinished.into_inner();

@@ -27,10 +27,10 @@ const FEWEST_LEVELS: usize = 4;
 /// smooth.
 const COLUMNS: usize = 8;
 
-/// Error at which the search stops (`WANTED`), and the largest one that is accepted after all distances
-/// (`ACCEPTED`), relative to the size of the derivative nearby ([`Estimate::scale`]).
-const WANTED: f64 = 1e-8;
-const ACCEPTED: f64 = 1e-3;
+/// Error at which the search stops (`TARGET_ERROR`), and the largest one that is accepted after all distances
+/// (`LARGEST_ERROR`), relative to the size of the derivative nearby ([`Estimate::scale`]).
+const TARGET_ERROR: f64 = 1e-8;
+const LARGEST_ERROR: f64 = 1e-3;
 
 /// Safety factor for error estimates, which are not bounds.
 pub(crate) const TIMES_ERROR: f64 = 10.0;
@@ -43,7 +43,7 @@ const CENTRAL: i32 = 2;
 const ONE_SIDED: i32 = 1;
 
 /// Errors below this size, in any units, come from underflow, such as in the tails of pulses.
-const NOTHING: f64 = 1e-100;
+const UNDERFLOW: f64 = 1e-100;
 
 /// A derivative with the estimated error of its components.
 #[derive(Clone, Copy, Debug)]
@@ -95,7 +95,7 @@ pub(crate) fn derivatives<const N: usize>(
         let second = std::array::from_fn(|i| ((after[i] - here[i]) - (here[i] - before[i])) / (h * h));
         Ok((h, [first, second]))
     })?;
-    if found.are_known || found.first.error > ACCEPTED * found.scales()[0] {
+    if found.are_known || found.first.error > LARGEST_ERROR * found.scales()[0] {
         return Ok(found);
     }
     for side in [1.0, -1.0] {
@@ -121,7 +121,7 @@ pub(crate) fn derivatives_at_start<const N: usize>(
     let after = of_one_side(t, here, 1.0, &mut value)?;
     let apart: [f64; N] = std::array::from_fn(|i| after.second.value[i] - found.second.value[i]);
     let errors = TIMES_ERROR * (found.second.error + after.second.error);
-    let jumps = size(&apart) > errors.max(ACCEPTED * after.scales()[1]);
+    let jumps = size(&apart) > errors.max(LARGEST_ERROR * after.scales()[1]);
     Ok(if after.are_known && agree(&found, &after) && jumps { after } else { found })
 }
 
@@ -144,7 +144,7 @@ fn of_one_side<const N: usize>(
 /// Whether the first derivative is the same from both sides as from one: at a kink no side is right.
 fn agree<const N: usize>(found: &Derivatives<N>, of_side: &Derivatives<N>) -> bool {
     let apart: [f64; N] = std::array::from_fn(|i| of_side.first.value[i] - found.first.value[i]);
-    size(&apart) <= ACCEPTED * (found.first.scale + REACH * of_side.second.scale)
+    size(&apart) <= LARGEST_ERROR * (found.first.scale + REACH * of_side.second.scale)
 }
 
 /// Difference quotients over decreasing distances from the largest one, extrapolated to zero. Their errors are polynomials in the
@@ -171,14 +171,15 @@ fn extrapolated<const N: usize>(
         let scales = found.scales();
         let rounding = UNITS_OF_ROUNDING * f64::EPSILON * (size(&here) + t.abs() * scales[0]);
         let floors = [rounding / h, rounding / (h * h)];
-        let is_right = |k: usize, estimate: &Estimate<N>| estimate.error <= WANTED * scales[k] + floors[k];
+        let is_right =
+            |k: usize, estimate: &Estimate<N>| estimate.error <= TARGET_ERROR * scales[k] + floors[k];
         if level >= FEWEST_LEVELS && is_right(0, &first.best) && is_right(1, &second.best) {
             return Ok(found);
         }
     }
     let mut found = Derivatives { first: first.best, second: second.best, are_known: false };
     let scales = found.scales();
-    let is_accepted = |k: usize, error: f64| error <= ACCEPTED * scales[k] || error <= NOTHING;
+    let is_accepted = |k: usize, error: f64| error <= LARGEST_ERROR * scales[k] || error <= UNDERFLOW;
     found.are_known = is_accepted(0, found.first.error) && is_accepted(1, found.second.error);
     Ok(found)
 }

@@ -1,7 +1,7 @@
 //! Elasticity and springs of a model, for equilibria and vibrations.
 
 use super::Dynamics;
-use crate::model::springs::{Cords, Springs};
+use crate::model::springs::{LengthTendons, Springs};
 use crate::numerics::linalg::Matrix;
 
 /// The elasticity of a model.
@@ -34,9 +34,9 @@ pub trait Sprung: Elastic {
     fn hold_springs(&mut self, forces: Option<&[f64]>);
 
     /// These tendons in a shape.
-    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords);
+    fn linearise_length_tendons(&mut self, q: &[f64], length_tendons: &mut LengthTendons);
 
     /// Replaces their tensions, in forces and tangents at rest for any shape, by these values, also by negative ones; `None`
     /// undoes that.
-    fn hold_cords(&mut self, tensions: Option<&[f64]>);
+    fn hold_length_tendons(&mut self, tensions: Option<&[f64]>);
 }

@@ -78,7 +78,7 @@ pub struct Facts {
     /// Number of forces of the springs to the world.
     pub springs: usize,
     /// Number of tendons of a commanded length, elastic and inextensible ones, without friction.
-    pub cords: usize,
+    pub length_tendons: usize,
     /// Sections whose inertia affects only the forces along rods; empty if other quantities depend on it, or
     /// if coordinates are prescribed.
     pub section_places: Vec<SectionPlace>,
@@ -123,7 +123,7 @@ impl Facts {
             has_functions: true,
             default_inputs: Vec::new(),
             springs: 0,
-            cords: 0,
+            length_tendons: 0,
             section_places: Vec::new(),
             free_lengths: 0,
         }

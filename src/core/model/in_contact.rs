@@ -14,7 +14,7 @@ pub enum Reached {
     Stop(usize),
     /// A pair of surfaces without a contact force.
     Surfaces(usize),
-    /// An elastic tendon, by its row of the [cords](super::springs::Cords), that is slack.
+    /// An elastic tendon, by its row of the [`LengthTendons`](super::springs::LengthTendons), that is slack.
     Slack(usize),
     /// An elastic tendon, by the same row, that also resists shortening because others are then stretched.
     Taut(usize),
@@ -25,10 +25,10 @@ pub enum Reached {
 pub struct Softened<'a> {
     /// For every pair of surfaces, an estimate of the force on it, newtons.
     pub forces: &'a [f64],
-    /// The part of these forces that presses surfaces into each other by their soft depth.
-    pub part: f64,
-    /// The part of their largest growth by which obstacles are larger.
-    pub growth: f64,
+    /// The fraction of these forces that presses surfaces into each other by their soft depth.
+    pub fraction: f64,
+    /// Enlargement of obstacles, over the largest one.
+    pub enlargement: f64,
 }
 
 /// The deepest of the surfaces that overlap.

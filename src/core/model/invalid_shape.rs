@@ -102,6 +102,10 @@ impl std::fmt::Display for Rounded {
 /// number.
 pub fn at_least(shortage: f64) -> String {
     /// Beyond this factor the state has diverged, and more nodes would not help.
-    const MOST: f64 = 1000.0;
-    if shortage < MOST { format!(", at least {:.0} times as many", shortage.ceil()) } else { String::new() }
+    const LARGEST_SHORTAGE: f64 = 1000.0;
+    if shortage < LARGEST_SHORTAGE {
+        format!(", at least {:.0} times as many", shortage.ceil())
+    } else {
+        String::new()
+    }
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
-use crate::model::springs::{Cords, Springs};
+use crate::model::springs::{LengthTendons, Springs};
 use crate::numerics::linalg::Matrix;
 
 /// A model that depends on neither time nor inputs, and has no rods by whose parameters runs are differentiated: it is [`InTime`] and
@@ -142,9 +142,9 @@ impl<M: Smooth + Elastic> Sprung for M {
 
     fn hold_springs(&mut self, _forces: Option<&[f64]>) {}
 
-    fn linearise_cords(&mut self, _q: &[f64], _cords: &mut Cords) {}
+    fn linearise_length_tendons(&mut self, _q: &[f64], _length_tendons: &mut LengthTendons) {}
 
-    fn hold_cords(&mut self, _tensions: Option<&[f64]>) {}
+    fn hold_length_tendons(&mut self, _tensions: Option<&[f64]>) {}
 }
 
 impl<M: Smooth> InContact for M {

@@ -35,7 +35,7 @@ pub struct Springs {
 
 /// Tendons of a commanded length in a shape, which pull but never push.
 #[derive(Clone, Debug)]
-pub struct Cords {
+pub struct LengthTendons {
     /// Stiffness in N/m, shape (m,); infinite for those that do not stretch.
     pub stiffness: Vec<f64>,
     /// By how much each one is longer than commanded, in metres; negative where it is slack.
@@ -49,8 +49,8 @@ pub struct Cords {
     pub reach: Matrix,
 }
 
-impl Cords {
-    /// Memory for m cords of a model with n coordinates.
+impl LengthTendons {
+    /// Memory for m length_tendons of a model with n coordinates.
     pub fn new(m: usize, n: usize) -> Self {
         Self {
             stiffness: vec![0.0; m],
@@ -112,17 +112,19 @@ impl Springs {
         changes.iter().map(|change| -change).collect()
     }
 
-    /// `G+ (f - held)`, and the remainder of `f - held` outside the range of G.
-    pub fn mismatch(&self, held: &[f64]) -> [Vec<f64>; 2] {
-        let m = held.len();
+    /// `G+ (f - others)`, and the remainder of `f - others` outside the range of G.
+    pub fn mismatch(&self, others: &[f64]) -> [Vec<f64>; 2] {
+        let m = others.len();
         let times = |a: &Matrix, x: &[f64]| -> Vec<f64> {
             (0..m).map(|i| (0..m).map(|j| a[(i, j)] * x[j]).sum()).collect()
         };
         // Subtracting amplitudes instead of forces avoids cancellation.
-        let [own, other] = [&self.forces[..], held].map(|forces| times(&self.inverse_root, forces));
-        let amplitudes: Vec<f64> = own.iter().zip(&other).map(|(own, other)| own - other).collect();
-        let [own_part, other_part] = [own, other].map(|amplitudes| times(&self.root, &amplitudes));
-        let left = (0..m).map(|i| (self.forces[i] - own_part[i]) - (held[i] - other_part[i])).collect();
-        [amplitudes, left]
+        let [amplitudes, other_amplitudes] =
+            [&self.forces[..], others].map(|forces| times(&self.inverse_root, forces));
+        let differences = amplitudes.iter().zip(&other_amplitudes).map(|(x, other)| x - other).collect();
+        let [part, other_part] =
+            [amplitudes, other_amplitudes].map(|amplitudes| times(&self.root, &amplitudes));
+        let left = (0..m).map(|i| (self.forces[i] - part[i]) - (others[i] - other_part[i])).collect();
+        [differences, left]
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
     coordinates
         .pick(&mut typical_coordinates, |of_all| elasticity::typical_coordinates(plan, length, of_all));
     let spans = Spans::new(robot);
-    let gap_sizes = sizes::of_gaps(plan, |held| match held {
+    let gap_sizes = sizes::of_gaps(plan, |constraint| match constraint {
         Constraint::Loop(i) => spans.of_loop(&robot.loops[i]),
         Constraint::Tendon(i) => spans.of_tendon(&robot.actuators[i]),
     });
@@ -56,7 +56,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         default_inputs: robot.inputs().defaults().to_vec(),
         // Moment and force of every support, in the axes of the base.
         springs: 6 * robot.supports.len(),
-        cords: sweeps.cords().count(),
+        length_tendons: sweeps.length_tendons().count(),
         section_places: if are_sections_separate { sweeps.section_places() } else { Vec::new() },
         free_lengths: if are_lengths_free { sweeps.free_lengths() } else { 0 },
     }

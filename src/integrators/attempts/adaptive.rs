@@ -4,7 +4,7 @@ use super::diagnosis::Kind;
 use super::{Diagnosis, Stepper};
 use crate::description::signal::end_of_step;
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Counters, Failure, ROUNDING_OF_STEPS, System};
+use crate::integrators::second_order::{Counters, Failure, ROUNDING_OF_STEPS, SecondOrderSystem};
 use crate::model::Excitation;
 
 /// Number of times that a step is shortened because its end is invalid, such as a rotation too large for one step. Steps can grow
@@ -42,7 +42,7 @@ pub(crate) trait Adaptive: Stepper {
     const BENDS: bool;
 
     /// Attempts a step of size `h` to `t_new`; `again` after a failed attempt.
-    fn try_step<S: System + ?Sized>(
+    fn try_step<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         t_new: f64,
@@ -58,7 +58,7 @@ pub(crate) trait Adaptive: Stepper {
 
 /// Makes a step of the wanted size, or a shorter one if its equations cannot be solved, its error is too large, or its diagnosis is
 /// not [`Diagnosis::Valid`]. Returns the size of the next step; if steps became too small, the reason of the last failure.
-pub(crate) fn adaptive_step<A: Adaptive, S: System + ?Sized>(
+pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
     stepper: &mut A,
     system: &mut S,
     Sizes { t_end, wanted, smallest, largest }: Sizes,

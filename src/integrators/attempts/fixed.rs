@@ -3,7 +3,7 @@
 use super::diagnosis::{Diagnosis, Kind, knows_losses};
 use super::{Ends, Stepper, Unilateral};
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Failure, Solved, System, model_at, model_of};
+use crate::integrators::second_order::{Failure, SecondOrderSystem, Solved, model_at, model_of};
 use crate::model::InImpact;
 
 /// Maximum number of halvings of a step with contact or constraints that fails.
@@ -29,7 +29,13 @@ pub(crate) trait Fixed: Stepper + Clone {
     fn has_inertia(&self) -> bool;
 
     /// Attempts a step of size `h` to `t_new`.
-    fn try_step<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64, memory: Memory) -> Solved;
+    fn try_step<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+        memory: Memory,
+    ) -> Solved;
 
     /// Announces parts of a step, of different sizes.
     fn begin_parts(&mut self);
@@ -42,7 +48,7 @@ pub(crate) trait Fixed: Stepper + Clone {
 }
 
 /// Makes a step; without memory, or in parts, if necessary. Allocates if it is made in parts.
-pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
+pub(crate) fn fixed_step<T: Fixed, S: SecondOrderSystem + ?Sized>(
     stepper: &mut T,
     system: &mut S,
     t_new: f64,
@@ -52,29 +58,29 @@ pub(crate) fn fixed_step<T: Fixed, S: System + ?Sized>(
     let is_one_sided = !T::IS_PLAIN && (facts.has_contact || facts.is_one_sided);
     let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
     let has_inertia = T::IS_PLAIN || stepper.has_inertia();
-    let mut ladder = Ladder { stepper, system };
+    let mut steps = FallbackSteps { stepper, system };
     if !has_inertia {
-        return ladder.step_without_inertia(t_new, h);
+        return steps.step_without_inertia(t_new, h);
     }
     if is_one_sided {
-        ladder.unilateral().begin_step(h);
-        return ladder.step(t_new, h);
+        steps.unilateral().begin_step(h);
+        return steps.step(t_new, h);
     }
-    match ladder.part(t_new, h, Memory::Kept)? {
+    match steps.part(t_new, h, Memory::Kept)? {
         // Near singular positions, such as those of a cracking whip, mechanisms may need shorter steps (`test_loops`).
         Err(failure) if has_constraints => {
-            Ok(ladder.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.map_err(|_| failure))
+            Ok(steps.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.map_err(|_| failure))
         }
         solved => Ok(solved),
     }
 }
 
-struct Ladder<'a, T, S: ?Sized> {
+struct FallbackSteps<'a, T, S: ?Sized> {
     stepper: &'a mut T,
     system: &'a mut S,
 }
 
-impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
+impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
     /// A step in which surfaces may meet.
     fn step(&mut self, t_new: f64, h: f64) -> Solved {
         // 1. By the scheme of the method. If the step is too long for an impact, it is rejected: the accelerations that the scheme
@@ -107,7 +113,7 @@ impl<T: Fixed, S: System + ?Sized> Ladder<'_, T, S> {
             unilateral.parts += 1;
             return Ok(Ok(()));
         }
-        // 4. The whole step without memory: if its end is invalid for any size, the run reports why (`sunk`, `unresolved`).
+        // 4. The whole step without memory: if its end is invalid for any size, the run reports why (`deep_penetration`, `unresolved`).
         let solved = self.try_step(t_new, h, Memory::Dropped)?;
         if solved.is_ok() {
             let (ends, unilateral) = self.stepper.tried();

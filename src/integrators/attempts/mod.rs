@@ -31,7 +31,7 @@ pub(crate) use fixed::{Fixed, Memory, fixed_step};
 pub(crate) use impacts::Remedy;
 
 use crate::error::Interrupted;
-use crate::integrators::second_order::System;
+use crate::integrators::second_order::SecondOrderSystem;
 
 /// A stepper of smooth equations of motion with constraints.
 pub(crate) trait Stepper {
@@ -39,5 +39,5 @@ pub(crate) trait Stepper {
     fn tried(&mut self) -> (Ends<'_>, &mut Unilateral);
 
     /// Accepts the last attempted step.
-    fn accept<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted>;
+    fn accept<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted>;
 }

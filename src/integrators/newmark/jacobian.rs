@@ -4,7 +4,7 @@ use super::linear_system::LinearSystem;
 use super::numbers::Numbers;
 use super::trial::Trial;
 use crate::error::Interrupted;
-use crate::integrators::second_order::{Counters, System, model_at};
+use crate::integrators::second_order::{Counters, SecondOrderSystem, model_at};
 use crate::model::chart::correction_for_moments;
 use crate::model::{Dynamics, Tied};
 use crate::numerics::linalg::{Matrix, norm_inf};
@@ -62,12 +62,12 @@ impl Jacobian {
     }
 
     /// Memory for the Jacobians of `system`.
-    pub(super) fn linear_system<S: System + ?Sized>(&self, system: &mut S) -> LinearSystem {
+    pub(super) fn linear_system<S: SecondOrderSystem + ?Sized>(&self, system: &mut S) -> LinearSystem {
         LinearSystem::new(system, self.derivative)
     }
 
     /// The cost of an evaluation, in residual evaluations.
-    pub(super) fn cost<S: System + ?Sized>(&self, system: &mut S) -> f64 {
+    pub(super) fn cost<S: SecondOrderSystem + ?Sized>(&self, system: &mut S) -> f64 {
         match self.derivative {
             Derivative::Analytic => system.model().map_or(COST_OF_TANGENT, |model| model.tangent_cost()),
             Derivative::Forward => system.facts().n as f64,
@@ -80,7 +80,7 @@ impl Jacobian {
     /// Differences change the accelerations such that displacements, or velocities times `h`, change by the usual fraction
     /// of a displacement's size, but by no more than [`LARGEST_CHANGE`]. The size of a displacement is at least its motion
     /// within `h`, and at least `self.smallest`. If large forces hide the change of the residual, the change is enlarged.
-    pub(super) fn evaluate<S: System + ?Sized, V: Numbers>(
+    pub(super) fn evaluate<S: SecondOrderSystem + ?Sized, V: Numbers>(
         &mut self,
         system: &mut S,
         trial: &Trial<V>,
@@ -107,7 +107,7 @@ impl Jacobian {
 
     /// The derivative of the residual itself.
     #[inline(always)]
-    fn of_forces<S: System + ?Sized, V: Numbers>(
+    fn of_forces<S: SecondOrderSystem + ?Sized, V: Numbers>(
         &mut self,
         system: &mut S,
         trial: &Trial<V>,
@@ -194,7 +194,7 @@ struct StepResidual<'a, S: ?Sized, V> {
     evaluations: usize,
 }
 
-impl<S: System + ?Sized, V: Numbers> roots::System for StepResidual<'_, S, V> {
+impl<S: SecondOrderSystem + ?Sized, V: Numbers> roots::NonlinearSystem for StepResidual<'_, S, V> {
     fn unknowns(&self) -> usize {
         self.trial.a.len()
     }

@@ -1,7 +1,7 @@
 //! Linear systems of Newton's method: a Jacobian with its factors.
 
 use crate::error::InvalidInput;
-use crate::integrators::second_order::{Failure, System};
+use crate::integrators::second_order::{Failure, SecondOrderSystem};
 use crate::model::Dynamics;
 use crate::model::constraint::Saddle;
 use crate::numerics::linalg::{BlockLu, Lu, Matrix, Singular, TreeLu, TreeMatrix};
@@ -40,7 +40,7 @@ impl LinearSystem {
     }
 
     /// Memory for the Jacobian of a system; dense if it is computed by differences.
-    pub(super) fn new<S: System + ?Sized>(system: &mut S, derivative: Derivative) -> Self {
+    pub(super) fn new<S: SecondOrderSystem + ?Sized>(system: &mut S, derivative: Derivative) -> Self {
         if system.facts().constraints() > 0 {
             return Self::of_size(system.facts().n, system.facts().constraints());
         }
@@ -68,7 +68,7 @@ impl LinearSystem {
     }
 
     /// Refuses a system whose matrices do not fit in memory.
-    pub(crate) fn check_memory<S: System + ?Sized>(
+    pub(crate) fn check_memory<S: SecondOrderSystem + ?Sized>(
         system: &mut S,
         derivative: Derivative,
     ) -> Result<(), InvalidInput> {
@@ -156,6 +156,6 @@ impl LinearSystem {
 }
 
 /// The structure of the tangent of a chain for which this form is cheaper.
-fn tree<S: System + ?Sized>(system: &mut S) -> Option<TreeMatrix> {
+fn tree<S: SecondOrderSystem + ?Sized>(system: &mut S) -> Option<TreeMatrix> {
     Some(system.model()?.tree()?.tangent)
 }

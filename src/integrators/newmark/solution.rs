@@ -5,17 +5,17 @@ use super::options::{Options, StepSize};
 use super::stepper::Stepper;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::second_order::{
-    Solution, System, check_points, check_times, collect, points_in_memory, steps,
+    SecondOrderSystem, Solution, check_points, check_times, collect, points_in_memory, steps,
 };
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
 /// the increasing times of the result; `None` records all steps. `monitor` is called with the system and the
-/// stepper after every accepted step and may stop the integration, as may the system; the status is then
+/// stepper after every accepted step. It may stop the integration, as may the system; the status is then
 /// [`Status::Interrupted`](crate::integrators::second_order::Status::Interrupted).
 ///
 /// Fails before any evaluation if an argument is invalid. Cost: see [`crate::integrators::second_order::Counters`]. Memory:
 /// `1 + 3 n` numbers for every point of the output.
-pub fn solve<S: System + ?Sized>(
+pub fn solve<S: SecondOrderSystem + ?Sized>(
     system: &mut S,
     t_span: (f64, f64),
     q0: &[f64],

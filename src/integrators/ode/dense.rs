@@ -91,7 +91,7 @@ pub(crate) struct StepPolynomial<'a> {
 }
 
 /// Number of times at which a polynomial is evaluated together, so that its coefficients are read once; their x fit on the stack.
-const TOGETHER: usize = 64;
+const TIMES_AT_ONCE: usize = 64;
 
 impl StepPolynomial<'_> {
     /// `y <- y(t)`.
@@ -102,9 +102,10 @@ impl StepPolynomial<'_> {
     /// The solution at these times, one after another: the first half of the components and the second.
     pub(crate) fn evaluate_halves(&self, times: &[f64], [first, second]: [&mut [f64]; 2]) {
         let n = first.len() / times.len().max(1);
-        let halves = first.chunks_mut((n * TOGETHER).max(1)).zip(second.chunks_mut((n * TOGETHER).max(1)));
-        for (times, (first, second)) in times.chunks(TOGETHER).zip(halves) {
-            let mut xs = [0.0; TOGETHER];
+        let halves =
+            first.chunks_mut((n * TIMES_AT_ONCE).max(1)).zip(second.chunks_mut((n * TIMES_AT_ONCE).max(1)));
+        for (times, (first, second)) in times.chunks(TIMES_AT_ONCE).zip(halves) {
+            let mut xs = [0.0; TIMES_AT_ONCE];
             for (x, &t) in xs.iter_mut().zip(times) {
                 *x = self.x(t);
             }

@@ -2,7 +2,7 @@
 //! Salane (1986), "Adaptive routines for forming Jacobians numerically", as used by MATLAB's `numjac` and SciPy's
 //! `num_jac`. Columns whose nonzero rows are disjoint share an evaluation (Curtis, Powell and Reid 1974).
 
-use super::System;
+use super::FirstOrderSystem;
 use crate::error::{Checker, Interrupted, InvalidInput};
 use crate::numerics::linalg::Matrix;
 
@@ -134,7 +134,7 @@ impl DifferencedJacobian {
     }
 
     /// `jacobian <- df/dy`; returns the number of evaluations.
-    pub(super) fn evaluate<S: System + ?Sized>(
+    pub(super) fn evaluate<S: FirstOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         place: &Place<'_>,
@@ -183,7 +183,7 @@ impl DifferencedJacobian {
     }
 
     /// Recomputes a column with a larger increment; keeps the result if it is more accurate.
-    fn try_larger<S: System + ?Sized>(
+    fn try_larger<S: FirstOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         place: &Place<'_>,
@@ -276,7 +276,7 @@ mod tests {
         evaluations: usize,
     }
 
-    impl System for Robertson {
+    impl FirstOrderSystem for Robertson {
         fn n(&self) -> usize {
             3
         }
@@ -310,7 +310,7 @@ mod tests {
 
     struct Tridiagonal(usize);
 
-    impl System for Tridiagonal {
+    impl FirstOrderSystem for Tridiagonal {
         fn n(&self) -> usize {
             self.0
         }

@@ -1,6 +1,6 @@
 //! One step of an explicit embedded Runge-Kutta pair.
 
-use super::System;
+use super::FirstOrderSystem;
 use super::controller::StepControl;
 use super::dense::Form;
 use super::dormand_prince_5::DORMAND_PRINCE_5;
@@ -74,7 +74,7 @@ impl Explicit {
     }
 
     /// Makes one accepted step, not longer than `state` proposes.
-    pub(super) fn advance<S: System + ?Sized>(
+    pub(super) fn advance<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -134,7 +134,7 @@ impl Explicit {
     }
 
     /// Evaluates all stages of a step: `y_new` and, as the last stage, `f(t_new, y_new)`.
-    fn attempt<S: System + ?Sized>(
+    fn attempt<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -218,7 +218,7 @@ impl Explicit {
     }
 
     /// Polynomial of the last accepted step.
-    pub(super) fn interpolate<S: System + ?Sized>(
+    pub(super) fn interpolate<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,

@@ -1,6 +1,6 @@
 //! Mechanical systems as systems of first order equations.
 
-use super::{JacobianKind, System};
+use super::{FirstOrderSystem, JacobianKind};
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Diagnosis, Ends, Kind, Unilateral};
 use crate::model::constraint::projection;
@@ -37,7 +37,7 @@ pub struct FirstOrder<M> {
 }
 
 impl<M: Model> FirstOrder<M> {
-    /// System for the free motion of `model`.
+    /// The system for the free motion of `model`.
     pub fn new(model: M) -> Self {
         let n = model.facts().n;
         Self {
@@ -68,14 +68,14 @@ impl<M: Model> FirstOrder<M> {
         }
         let ((q, v), (velocity, acceleration)) = (y.split_at_mut(*n), dydt.split_at_mut(*n));
         *fastest = fastest.max(2.0 * model.energy(q, v).kinetic);
-        let held = projection::close(model, q)
+        let projected = projection::close(model, q)
             .and_then(|_| projection::fit_velocities(model, q, v))
             .and_then(|fit| {
                 model.forward_dynamics(q, v, acceleration, scratch)?;
                 Ok(fit)
             });
         velocity.copy_from_slice(v);
-        Ok(held.is_ok_and(|fit| {
+        Ok(projected.is_ok_and(|fit| {
             let Fit { change, largest, rank: now, .. } = fit;
             let is_regular = now >= *rank && !fit.is_singular();
             *rank = now.max(*rank);
@@ -103,7 +103,7 @@ impl<M: Model> FirstOrder<M> {
     }
 }
 
-impl<M: Model> System for FirstOrder<M> {
+impl<M: Model> FirstOrderSystem for FirstOrder<M> {
     fn n(&self) -> usize {
         2 * self.n
     }

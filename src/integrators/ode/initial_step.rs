@@ -1,6 +1,6 @@
 //! Size of the first step (Hairer, Norsett and Wanner 1993, section II.4, "Starting step size").
 
-use super::System;
+use super::FirstOrderSystem;
 use super::norm::scaled_norm;
 use super::options::Tolerances;
 use crate::error::Interrupted;
@@ -30,7 +30,7 @@ pub(crate) struct Start<'a> {
 
 /// Chooses the first step for an error estimate of order `error_order`, with one evaluation; never beyond the
 /// end. May be NaN if the problem is not finite.
-pub(crate) fn select<S: System + ?Sized>(
+pub(crate) fn select<S: FirstOrderSystem + ?Sized>(
     system: &mut S,
     start: &Start<'_>,
     tolerances: &Tolerances,

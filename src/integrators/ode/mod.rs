@@ -5,10 +5,10 @@
 //!
 //! ```
 //! use lissom::error::Interrupted;
-//! use lissom::ode::{Options, Output, System, solve};
+//! use lissom::ode::{Options, Output, FirstOrderSystem, solve};
 //!
 //! struct Decay;
-//! impl System for Decay {
+//! impl FirstOrderSystem for Decay {
 //!     fn n(&self) -> usize {
 //!         1
 //!     }
@@ -64,7 +64,7 @@ use crate::error::Interrupted;
 use crate::numerics::linalg::Matrix;
 
 /// The right-hand side of `y' = f(t, y)`.
-pub trait System {
+pub trait FirstOrderSystem {
     /// Number of equations.
     fn n(&self) -> usize;
 

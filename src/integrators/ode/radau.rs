@@ -14,7 +14,7 @@ use super::radau_iia::{
 };
 use super::state::{Advance, State};
 use super::status::Status;
-use super::{JacobianKind, System};
+use super::{FirstOrderSystem, JacobianKind};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::chord::{Converged, Iteration, Verdict};
 use crate::numerics::linalg::{ComplexLu, Lu, Matrix, Singular};
@@ -106,7 +106,7 @@ impl Radau {
     }
 
     /// Evaluates the first Jacobian.
-    pub(super) fn start<S: System + ?Sized>(
+    pub(super) fn start<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -123,7 +123,7 @@ impl Radau {
     }
 
     /// Restarts from a state in new coordinates.
-    pub(super) fn restart<S: System + ?Sized>(
+    pub(super) fn restart<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -133,7 +133,7 @@ impl Radau {
     }
 
     /// Updates the Jacobian at the current state, unless it is constant.
-    fn evaluate_jacobian<S: System + ?Sized>(
+    fn evaluate_jacobian<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -162,7 +162,7 @@ impl Radau {
     }
 
     /// Makes one accepted step, not longer than `state` proposes.
-    pub(super) fn advance<S: System + ?Sized>(
+    pub(super) fn advance<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -218,7 +218,7 @@ impl Radau {
 
     /// Solves for the stages of a step, with a new Jacobian if the old one does not converge; `None` if the
     /// Newton iteration fails.
-    fn solve_stages<S: System + ?Sized>(
+    fn solve_stages<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -262,7 +262,7 @@ impl Radau {
     }
 
     /// Simplified Newton iteration; on success `z` and `state.y_new` are those of the step.
-    fn iterate<S: System + ?Sized>(
+    fn iterate<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,
@@ -343,7 +343,7 @@ impl Radau {
     }
 
     /// Error estimate of the step, and its scale (ibid., eq. IV.8.19 and IV.8.20).
-    fn evaluate_error<S: System + ?Sized>(
+    fn evaluate_error<S: FirstOrderSystem + ?Sized>(
         &mut self,
         state: &mut State,
         system: &mut S,

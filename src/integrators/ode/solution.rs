@@ -1,6 +1,6 @@
 //! Integration over an interval, with output times, events and dense output.
 
-use super::System;
+use super::FirstOrderSystem;
 use super::dense::{DenseOutput, StepPolynomial};
 use super::events::{Event, EventSearch};
 use super::options::{Options, Output};
@@ -57,7 +57,7 @@ impl Solution {
 ///
 /// Fails before any evaluation if an argument is invalid. Cost: see [`Counters`]. Memory: n numbers for every
 /// point of the output, and 4 (Radau), 5 (RK45) or 8 (DOP853) times that for every step with `output.dense`.
-pub fn solve<S: System + ?Sized>(
+pub fn solve<S: FirstOrderSystem + ?Sized>(
     system: &mut S,
     t_span: (f64, f64),
     y0: &[f64],
@@ -95,7 +95,7 @@ pub fn solve<S: System + ?Sized>(
     })
 }
 
-fn run<S: System + ?Sized>(
+fn run<S: FirstOrderSystem + ?Sized>(
     system: &mut S,
     stepper: &mut Stepper,
     recorder: &mut Recorder<'_>,
@@ -193,7 +193,7 @@ impl<'a> Recorder<'a> {
 
     /// Records the last step up to `end`, which differs from the end of the step if an event ends the
     /// integration. Returns false if interpolated values are not finite.
-    fn step<S: System + ?Sized>(
+    fn step<S: FirstOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         stepper: &mut Stepper,

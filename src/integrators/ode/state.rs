@@ -1,6 +1,6 @@
 //! The state of an integration, and the interface of methods.
 
-use super::System;
+use super::FirstOrderSystem;
 use super::options::Tolerances;
 use super::status::Status;
 use crate::description::signal::end_of_step;
@@ -75,7 +75,7 @@ impl State {
     }
 
     /// Updates the horizon of the next step.
-    pub(super) fn update_horizon<S: System + ?Sized>(&mut self, system: &S) {
+    pub(super) fn update_horizon<S: FirstOrderSystem + ?Sized>(&mut self, system: &S) {
         self.horizon = self.t_end;
         if self.direction > 0.0 {
             self.horizon = end_of_step(self.t, self.t_end, system.horizon(self.t));

@@ -7,7 +7,7 @@ use super::options::{Method, Options};
 use super::radau::Radau;
 use super::state::{Advance, Counters, State};
 use super::status::Status;
-use super::{System, initial_step};
+use super::{FirstOrderSystem, initial_step};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::numerics::memory;
 use crate::numerics::tape::Tape;
@@ -110,7 +110,7 @@ impl Stepper {
 
     /// Evaluates the right-hand side at the start and chooses the first step. [`Self::step`] calls this if
     /// necessary.
-    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+    pub fn start<S: FirstOrderSystem + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
         if self.started {
             return Ok(());
         }
@@ -150,7 +150,10 @@ impl Stepper {
     ///
     /// # Panics
     /// If the integration had already ended.
-    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    pub fn step<S: FirstOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         self.start(system)?;
         let state = &mut self.state;
@@ -191,7 +194,7 @@ impl Stepper {
     }
 
     /// Switches to other coordinates if the current ones are close to a singularity.
-    pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn shorten_rotation_vectors<S: FirstOrderSystem + ?Sized>(&mut self, system: &mut S) {
         system.wrap(&mut self.state.y, &mut self.state.f);
     }
 
@@ -237,7 +240,7 @@ impl Stepper {
     }
 
     /// The polynomial of the last step; `None` if it is not finite.
-    pub(crate) fn last_step<S: System + ?Sized>(
+    pub(crate) fn last_step<S: FirstOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
     ) -> Result<Option<StepPolynomial<'_>>, Interrupted> {
@@ -246,7 +249,7 @@ impl Stepper {
 
     /// Computes the polynomial of the last step, if necessary. Returns whether its values are finite: they
     /// may overflow although the state does not.
-    pub(super) fn prepare_polynomial<S: System + ?Sized>(
+    pub(super) fn prepare_polynomial<S: FirstOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
     ) -> Result<bool, Interrupted> {
@@ -283,7 +286,10 @@ impl Stepper {
 
     /// Solution over the last step. DOP853 needs three additional evaluations of the right-hand side, once
     /// per step.
-    pub fn dense_output<S: System + ?Sized>(&mut self, system: &mut S) -> Result<DenseOutput, Interrupted> {
+    pub fn dense_output<S: FirstOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<DenseOutput, Interrupted> {
         self.prepare_polynomial(system)?;
         let mut dense = DenseOutput::new(self.form(), self.state.y.len(), self.state.t_old);
         dense.push(self.state.t, self.polynomial());

@@ -3,19 +3,19 @@
 use super::{Options, Stepper};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::second_order::{
-    Solution, System, check_points, check_times, collect, points_in_memory,
+    SecondOrderSystem, Solution, check_points, check_times, collect, points_in_memory,
 };
 use crate::model::Dynamics;
 use crate::numerics::memory;
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
 /// the increasing times of the result; `None` records all steps. `monitor` is called with the system and the
-/// stepper after every accepted step and may stop the integration, as may the system; the status is then
+/// stepper after every accepted step. It may stop the integration, as may the system; the status is then
 /// [`Status::Interrupted`](crate::integrators::second_order::Status::Interrupted).
 ///
 /// Fails before any evaluation if an argument is invalid. Memory: `1 + 3 n` numbers for every point of the
 /// output.
-pub fn solve<S: System + ?Sized>(
+pub fn solve<S: SecondOrderSystem + ?Sized>(
     system: &mut S,
     t_span: (f64, f64),
     q0: &[f64],
@@ -39,8 +39,8 @@ pub fn solve<S: System + ?Sized>(
     Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
 }
 
-/// Refuses a system whose matrices do not fit in memory.
-pub(crate) fn check_memory<S: System + ?Sized>(system: &mut S) -> Result<(), InvalidInput> {
+/// Rejects systems whose matrices do not fit in memory.
+pub(crate) fn check_memory<S: SecondOrderSystem + ?Sized>(system: &mut S) -> Result<(), InvalidInput> {
     /// The derivatives of the residual, the shifted real and the complex matrix, and the factors of both.
     const SQUARE_MATRICES: usize = 8;
     if system.model().is_some_and(|model| model.tree().is_some()) {

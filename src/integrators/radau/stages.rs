@@ -9,7 +9,7 @@ use crate::integrators::ode::radau_iia::{
     A, A_SQUARED, A_SQUARED_INVERSE, C, E_A, E_A_SQUARED, MU_REAL, STAGES, T, T_INVERSE, norm_of_stages,
     transform,
 };
-use crate::integrators::second_order::{Counters, Failure, System, model_at};
+use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, model_at};
 use crate::model::constraint::Saddle;
 use crate::model::{Facts, Tied};
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
@@ -108,7 +108,7 @@ pub(super) struct Stages {
 
 impl Stages {
     /// Memory for a system with constraints; `rtol` is the smallest relative tolerance.
-    pub(super) fn of_system<S: System + ?Sized>(system: &S, rtol: f64) -> Self {
+    pub(super) fn of_system<S: SecondOrderSystem + ?Sized>(system: &S, rtol: f64) -> Self {
         let mut stages = Self::new(system.facts().n, system.facts().constraints(), rtol);
         stages.sizes.copy_from_slice(&system.facts().typical_coordinates);
         stages
@@ -169,7 +169,7 @@ impl Stages {
     }
 
     /// Evaluates the tangents at the start of a step.
-    pub(super) fn evaluate_tangents<S: System + ?Sized>(
+    pub(super) fn evaluate_tangents<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -221,7 +221,7 @@ impl Stages {
     /// If the iteration does not converge, the mass matrix has often changed within the step (the inertia of torsion changes by
     /// orders of magnitude as a rod bends). It is then repeated with the tangents of each stage instead of those at
     /// one state, and finally with new ones at this state.
-    pub(super) fn solve<S: System + ?Sized>(
+    pub(super) fn solve<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -257,7 +257,7 @@ impl Stages {
     /// Factorises `W_i = M + (h / mu) C + (h / mu)^2 K` with the tangents of each stage as predicted. Multiplied by
     /// `W W_i^-1`, with the W at the start of the step, the equations of a stage get the tangents that the iteration
     /// assumes, both for slow motions, which the mass dominates, and for stiff ones.
-    fn factorise_stages<S: System + ?Sized>(
+    fn factorise_stages<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -310,7 +310,7 @@ impl Stages {
     }
 
     /// The simplified Newton iteration.
-    fn iterate<S: System + ?Sized>(
+    fn iterate<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -451,7 +451,7 @@ impl Stages {
     ///
     /// For systems of first order it is `(mu / h - J) e = f(y0) + sum E_i z_i / h`. With e = (e_q, e_v), multiplied by the
     /// mass matrix and with e_v eliminated, this becomes a system with the real matrix of the step.
-    pub(super) fn error<S: System + ?Sized>(
+    pub(super) fn error<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -566,7 +566,7 @@ impl Stages {
 
     /// Evaluates and factorises the system of mass matrix and constraints at the start of a step, unless the last step has left it. If
     /// this fails, errors are not projected.
-    fn find_fitting<S: System + ?Sized>(
+    fn find_fitting<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         start: &Start<'_>,
@@ -588,7 +588,7 @@ impl Stages {
     /// Displacements are projected with the matrix of the step, by less than its tolerance, so that stiff springs stay relaxed.
     /// Velocities are projected in the metric of the mass matrix at the end: only then are their free components of full order
     /// (Hairer, Lubich and Roche 1989, theorem 6.4).
-    pub(super) fn fit<S: System + ?Sized>(
+    pub(super) fn fit<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         (h, t): (f64, f64),

@@ -12,7 +12,7 @@ use crate::integrators::ode::radau_iia::{
     DIVERGENCE_FACTOR, ERROR_ORDER, SMALLEST_FACTOR, StepError, next_size, step_factor,
 };
 use crate::integrators::ode::{Tolerances, initial_step};
-use crate::integrators::second_order::{Counters, Failure, Status, System, steps};
+use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Status, steps};
 use crate::model::rotation_vectors;
 use crate::numerics::hermite::Quintic;
 use crate::numerics::tape::Tape;
@@ -21,7 +21,7 @@ use crate::numerics::tape::Tape;
 /// known.
 ///
 /// The stepper does not own the equations of motion; pass the same ones to every call. They must provide
-/// their [tangent](System::tangent).
+/// their [tangent](SecondOrderSystem::tangent).
 #[derive(Clone, Debug)]
 pub struct Stepper {
     /// Solves for the accelerations at the start.
@@ -107,7 +107,10 @@ impl Stepper {
 
     /// Solves for the accelerations at the start and chooses the first step. [`Self::step`] calls this if
     /// necessary. Returns `Some(status)` if there are no accelerations.
-    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    pub fn start<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<Option<Status>, Interrupted> {
         if self.started {
             return Ok(self.status);
         }
@@ -131,7 +134,7 @@ impl Stepper {
     }
 
     /// Memory for the multipliers of constraints, where there are any, and how accurate iterations must be.
-    fn prepare<S: System + ?Sized>(&mut self, system: &S) {
+    fn prepare<S: SecondOrderSystem + ?Sized>(&mut self, system: &S) {
         let (n, constraints) = (self.q.len(), system.facts().constraints());
         if self.stages.unknowns() != n + constraints {
             self.stages = Stages::of_system(system, self.smallest_rtol);
@@ -141,7 +144,10 @@ impl Stepper {
         self.stages.follow(system.facts());
     }
 
-    fn select_first_step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<f64, Interrupted> {
+    fn select_first_step<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<f64, Interrupted> {
         let n = self.q.len();
         let (true, Ok(mass)) = (n > 0, self.stages.mass()) else { return Ok(self.t_end - self.t) };
         let mut motion =
@@ -165,7 +171,10 @@ impl Stepper {
     ///
     /// # Panics
     /// If the integration had already ended.
-    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    pub fn step<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         if self.start(system)?.is_some() {
             return Ok(self.status);
@@ -201,7 +210,7 @@ impl Stepper {
     }
 
     /// Goes on in other coordinates where those at hand come near a singularity.
-    pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn shorten_rotation_vectors<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) {
         let vectors = &system.facts().rotation_vectors;
         if rotation_vectors::wrap(vectors, &mut self.q, &mut self.v, &mut [&mut self.a]) {
             self.stages.forget_last();
@@ -238,7 +247,7 @@ impl Stepper {
     }
 
     /// Goes on from this state, with other constraints; `a` are accelerations, and multipliers behind them.
-    pub(crate) fn restart<S: System + ?Sized>(
+    pub(crate) fn restart<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         [q, v, a]: [&[f64]; 3],
@@ -255,7 +264,7 @@ impl Stepper {
     }
 
     /// Serialises all data that persist from step to step.
-    pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }
@@ -365,7 +374,7 @@ impl attempts::Stepper for Stepper {
         (Ends { t, h, q: [q, &stages.q], v: [v, &stages.v], a: [a, &stages.end] }, unilateral)
     }
 
-    fn accept<S: System + ?Sized>(&mut self, _: &mut S) -> Result<(), Interrupted> {
+    fn accept<S: SecondOrderSystem + ?Sized>(&mut self, _: &mut S) -> Result<(), Interrupted> {
         let h = self.t_new - self.t;
         self.t_old = self.t;
         self.t = self.t_new;
@@ -386,7 +395,7 @@ impl Adaptive for Stepper {
     const CUT: f64 = DIVERGENCE_FACTOR;
     const BENDS: bool = true;
 
-    fn try_step<S: System + ?Sized>(
+    fn try_step<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         t_new: f64,
@@ -469,7 +478,7 @@ struct FirstOrderAtStart<'a, S: ?Sized> {
     residual: Vec<f64>,
 }
 
-impl<S: System + ?Sized> ode::System for FirstOrderAtStart<'_, S> {
+impl<S: SecondOrderSystem + ?Sized> ode::FirstOrderSystem for FirstOrderAtStart<'_, S> {
     fn n(&self) -> usize {
         2 * self.n
     }

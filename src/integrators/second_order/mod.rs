@@ -19,7 +19,7 @@ mod system;
 
 pub use solution::Solution;
 pub use status::{Counters, Failure, Status};
-pub use system::System;
+pub use system::SecondOrderSystem;
 
 pub(crate) use grid::{Grid, ROUNDING_OF_STEPS, is_whole, number_of_steps};
 pub(crate) use problem::{check_problem, check_start};

@@ -46,7 +46,7 @@ pub(crate) fn check_points(points: usize, n: usize) -> Result<(), InvalidInput> 
 
 /// An integration of second-order equations of motion that is carried out step by step.
 pub(crate) trait Steps<S: ?Sized> {
-    /// Solves for the accelerations at the start; `Some(status)` when there are none.
+    /// Solves for the accelerations at the start; `Some(status)` if that fails.
     fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted>;
     /// Makes one accepted step; `Some(status)` when the integration is over.
     fn step(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted>;
@@ -54,22 +54,22 @@ pub(crate) trait Steps<S: ?Sized> {
     fn t(&self) -> f64;
     /// Current displacements, velocities and accelerations.
     fn state(&self) -> [&[f64]; 3];
-    /// The same at a time within the last step.
+    /// Interpolated state at a time within the last step.
     fn interpolate(&self, t: f64, q: &mut [f64], v: &mut [f64], a: &mut [f64]);
-    /// The cost so far.
+    /// Counts of steps, iterations and evaluations so far.
     fn counters(&self) -> Counters;
     /// A status in words.
     fn explain(&self, status: Status) -> String;
 }
 
-/// Implements it by a stepper's own methods of these names.
+/// Implements the trait by inherent methods of the same names.
 macro_rules! steps {
     ($stepper:ty) => {
         const _: () = {
             use $crate::error::Interrupted;
-            use $crate::integrators::second_order::{Counters, Status, Steps, System};
+            use $crate::integrators::second_order::{Counters, SecondOrderSystem, Status, Steps};
 
-            impl<S: System + ?Sized> Steps<S> for $stepper {
+            impl<S: SecondOrderSystem + ?Sized> Steps<S> for $stepper {
                 fn start(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
                     self.start(system)
                 }

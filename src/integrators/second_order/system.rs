@@ -10,7 +10,7 @@ use crate::numerics::linalg::Matrix;
 ///
 /// Every [`Model`] has them: its generalised forces vanish in free motion. Equations that are nothing else are smooth and without
 /// constraints; their facts are [`Facts::of_equations`], and their type of [`Self::Model`] can be `dyn Model`.
-pub trait System {
+pub trait SecondOrderSystem {
     /// The model whose motion this is.
     type Model: Model + ?Sized;
 
@@ -46,7 +46,7 @@ pub trait System {
 }
 
 /// Free motion of a model: zero inverse dynamics.
-impl<M: Model + ?Sized> System for M {
+impl<M: Model + ?Sized> SecondOrderSystem for M {
     type Model = M;
 
     #[inline]
@@ -99,13 +99,16 @@ impl<M: Model + ?Sized> System for M {
 
 /// The model of equations that have what only models have, such as constraints or contacts.
 #[inline]
-pub(crate) fn model_of<S: System + ?Sized>(system: &mut S) -> &mut S::Model {
+pub(crate) fn model_of<S: SecondOrderSystem + ?Sized>(system: &mut S) -> &mut S::Model {
     system.model().expect("only models have constraints and contacts")
 }
 
 /// The same, at a time.
 #[inline]
-pub(crate) fn model_at<S: System + ?Sized>(system: &mut S, t: f64) -> Result<&mut S::Model, Interrupted> {
+pub(crate) fn model_at<S: SecondOrderSystem + ?Sized>(
+    system: &mut S,
+    t: f64,
+) -> Result<&mut S::Model, Interrupted> {
     let model = model_of(system);
     model.set_time(t)?;
     Ok(model)

@@ -24,7 +24,7 @@ pub(crate) trait Native: model::Model + Send + Sync {
     fn boxed_clone(&self) -> Box<dyn Native>;
 
     /// The free motion of a copy as a first-order system.
-    fn first_order(&self) -> Box<dyn ode::System + Send + Sync>;
+    fn first_order(&self) -> Box<dyn ode::FirstOrderSystem + Send + Sync>;
 
     /// [`simulate::simulate`], or [`simulate::simulate_controlled`].
     #[allow(clippy::too_many_arguments, reason = "those of the core")]
@@ -100,7 +100,7 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         Box::new(self.clone())
     }
 
-    fn first_order(&self) -> Box<dyn ode::System + Send + Sync> {
+    fn first_order(&self) -> Box<dyn ode::FirstOrderSystem + Send + Sync> {
         Box::new(FirstOrder::new(self.clone()))
     }
 

@@ -11,7 +11,7 @@ use super::super::arguments;
 use super::options;
 use super::result::PyDenseOutput;
 use super::system::{Parts, PySystem, SharedRaised};
-use crate::integrators::ode::{Method, Options, Status, Stepper, System, tableau};
+use crate::integrators::ode::{FirstOrderSystem, Method, Options, Status, Stepper, tableau};
 use crate::python::convert;
 use crate::python::errors::OrRaise as _;
 

@@ -14,7 +14,7 @@ use super::super::model::PyModel;
 use super::super::motion::Ticker;
 use super::function::{Function, matrix_of, read_column, read_matrix, read_vector};
 use crate::error::Interrupted;
-use crate::integrators::ode::{JacobianKind, Method, System};
+use crate::integrators::ode::{FirstOrderSystem, JacobianKind, Method};
 use crate::numerics::linalg::Matrix;
 
 /// The exception that stopped an integration, shared by the system, the events and the monitor.
@@ -50,16 +50,16 @@ enum RightHandSide {
     Vectorized(Function),
     Compiled(CompiledFunction),
     /// A copy of a model, and the model, which owns the functions of time that the copy calls.
-    Native(Box<dyn System + Send + Sync>, Py<PyModel>),
+    Native(Box<dyn FirstOrderSystem + Send + Sync>, Py<PyModel>),
 }
 
 impl RightHandSide {
     /// The motion of a model.
-    fn of_model(&self) -> Option<&(dyn System + Send + Sync)> {
+    fn of_model(&self) -> Option<&(dyn FirstOrderSystem + Send + Sync)> {
         if let Self::Native(system, _) = self { Some(&**system) } else { None }
     }
 
-    fn of_model_mut(&mut self) -> Option<&mut (dyn System + Send + Sync)> {
+    fn of_model_mut(&mut self) -> Option<&mut (dyn FirstOrderSystem + Send + Sync)> {
         if let Self::Native(system, _) = self { Some(&mut **system) } else { None }
     }
 }
@@ -207,7 +207,7 @@ pub(crate) fn unpack<'py>(args: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTup
     PyTuple::new(args.py(), items)
 }
 
-impl System for PySystem {
+impl FirstOrderSystem for PySystem {
     fn n(&self) -> usize {
         self.n
     }

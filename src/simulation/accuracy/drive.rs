@@ -148,8 +148,8 @@ impl Oscillation {
         }
         let (square, half) = (mode.frequency.powi(2), 0.5 * mode.damping);
         let slope = (to - from) / h / square;
-        let held = from / square - mode.damping / square * slope;
-        let (x, v) = (self.x - held, self.v - slope);
+        let offset = from / square - mode.damping / square * slope;
+        let (x, v) = (self.x - offset, self.v - slope);
         // About the displacement that follows the force, or about that under the force at the start: within a jump the vibration
         // does not follow the force.
         let about_start = (self.x - from / square).hypot(self.v / mode.frequency);
@@ -158,7 +158,7 @@ impl Oscillation {
         let (sine, cosine) = (frequency * h).sin_cos();
         let decay = (-half * h).exp();
         let sine = if frequency > 0.0 { sine / frequency } else { h };
-        self.x = decay * (x * cosine + (v + half * x) * sine) + held + slope * h;
+        self.x = decay * (x * cosine + (v + half * x) * sine) + offset + slope * h;
         self.v = decay * (v * cosine - (square * x + half * v) * sine) + slope;
     }
 }

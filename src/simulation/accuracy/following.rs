@@ -8,7 +8,7 @@
 use std::f64::consts::E;
 
 use super::drive::Drive;
-use super::growth::Growth;
+use super::growth_resolution::GrowthResolution;
 use super::integrator::Integrator;
 use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
@@ -43,7 +43,7 @@ struct Followed {
     /// Radians of the whole motion.
     angle: f64,
     /// Elastic part of the stiffness: what moves against weight or by inertia is not late if elastic stiffnesses are wrong.
-    held: f64,
+    elastic_share: f64,
 }
 
 /// A state is near an equilibrium if all of its vibrations together move the tip by less than this part of the length.
@@ -55,9 +55,9 @@ pub(super) struct Following {
     /// Vibrations of each state examined so far.
     vibrations: Vec<Vec<Followed>>,
     /// What grows about the start.
-    growths: Vec<Growth>,
+    growths: Vec<GrowthResolution>,
     /// What grows fastest about each later state near an equilibrium.
-    later: Vec<Growth>,
+    later: Vec<GrowthResolution>,
     /// Whether the motion begins near an equilibrium.
     begins_near: bool,
     /// Displacements that the start excites, with their speeds in 1/s.
@@ -129,7 +129,7 @@ impl Following {
         let mut following = Self { of_drive, ends, rate, loosest, wanted, ..Self::nothing() };
         following.begins_near = following.add(model, duration, q0, spectrum, &sizes);
         for (growing, &seed) in growing.iter().zip(&seeds) {
-            following.growths.push(Growth::new(model, q0, growing, seed, duration));
+            following.growths.push(GrowthResolution::new(model, q0, growing, seed, duration));
         }
         let of_vibrations = spectrum.modes.iter().zip(&sizes).filter(|(_, size)| **size > 0.0);
         following.excited =
@@ -164,14 +164,14 @@ impl Following {
                 self.excited.iter().map(|(shape, speed)| (amplitude(&growing.of_places, shape), *speed));
             let parts: Vec<(f64, f64)> = parts.collect();
             let seed = parts.iter().map(|(size, _)| size).sum::<f64>().max(growing.size);
-            let mut growth = Growth::new(model, q, growing, seed, time);
+            let mut growth = GrowthResolution::new(model, q, growing, seed, time);
             for (size, speed) in parts {
                 growth.follow_from(size / seed, speed, self.wanted);
             }
             growth
         });
-        let growths: Vec<Growth> = growths.collect();
-        self.later.extend(growths.into_iter().max_by(Growth::by_exponent));
+        let growths: Vec<GrowthResolution> = growths.collect();
+        self.later.extend(growths.into_iter().max_by(GrowthResolution::by_exponent));
     }
 
     /// Whether they are small.
@@ -195,7 +195,7 @@ impl Following {
                 reach,
                 radians: (mode.frequency * duration.min(life)).max(1.0),
                 angle: mode.frequency * duration,
-                held: mode.elastic(&elastic) / mode.frequency.powi(2),
+                elastic_share: mode.elastic(&elastic) / mode.frequency.powi(2),
             }
         });
         let followed: Vec<Followed> = followed.collect();
@@ -206,11 +206,13 @@ impl Following {
 
     /// A doubt about a motion that begins at an unstable equilibrium, or stays near one.
     pub(super) fn doubt(&self) -> Option<String> {
-        let first = self.growths.iter().copied().max_by(Growth::by_exponent).filter(|_| self.begins_near);
-        Growth::doubt(first.as_slice(), self.wanted).or_else(|| Growth::doubt(&self.later, self.wanted))
+        let first =
+            self.growths.iter().copied().max_by(GrowthResolution::by_exponent).filter(|_| self.begins_near);
+        GrowthResolution::doubt(first.as_slice(), self.wanted)
+            .or_else(|| GrowthResolution::doubt(&self.later, self.wanted))
     }
 
-    fn growing(&self) -> impl Iterator<Item = &Growth> {
+    fn growing(&self) -> impl Iterator<Item = &GrowthResolution> {
         self.growths.iter().chain(&self.later)
     }
 
@@ -248,7 +250,7 @@ impl Following {
         // Within less than a radian, the effect of a wrong frequency is of second order in the angle.
         let part = |vibration: &Followed| {
             let seen = vibration.angle.min(1.0).powi(2);
-            let relative = (vibration.held * relative).max(error_of(vibration.frequency));
+            let relative = (vibration.elastic_share * relative).max(error_of(vibration.frequency));
             vibration.reach * (vibration.radians * seen * relative).min(1.0)
         };
         let of_vibrations =
@@ -334,7 +336,7 @@ mod tests {
     /// One vibration of this frequency that lasts for a second.
     fn following(frequency: f64, reach: f64) -> Following {
         let radians = frequency.max(1.0);
-        let vibration = Followed { frequency, reach, radians, angle: frequency, held: 1.0 };
+        let vibration = Followed { frequency, reach, radians, angle: frequency, elastic_share: 1.0 };
         Following { vibrations: vec![vec![vibration]], wanted: 1e-3, loosest: 1.5e-3, ..Following::nothing() }
     }
 

@@ -103,7 +103,7 @@ impl Linear {
         let mut path: Vec<[f64; 3]> =
             from.iter().copied().cycle().take(from.len() * self.times.len()).collect();
         let duration = self.times[self.times.len() - 1] - self.times[0];
-        for (k, &square) in modal.squares.iter().enumerate() {
+        for (k, &square) in modal.squared_frequencies.iter().enumerate() {
             let column = modal.shapes.column(k);
             let shape: Vec<f64> = column.iter().zip(&sizes).map(|(x, size)| x * size).collect();
             let along = |values: &[f64]| chosen.iter().zip(&shape).map(|(&i, x)| values[i] * x).sum::<f64>();
@@ -124,7 +124,7 @@ impl Linear {
             }
         }
         let is_finite = path.iter().flatten().all(|x| x.is_finite());
-        let frequencies = modal.squares.iter().map(|square| square.max(0.0).sqrt()).collect();
+        let frequencies = modal.squared_frequencies.iter().map(|square| square.max(0.0).sqrt()).collect();
         is_finite.then(|| Response {
             places: path,
             frequencies,
@@ -178,9 +178,9 @@ fn response([square, damping, velocity]: [f64; 3], forces: &[f64], times: &[f64]
             (step, free) = (h, transition(square, damping, h));
         }
         let slope = (force(i) - force(i - 1)) / h / square;
-        let held = force(i - 1) / square - damping / square * slope;
-        let (from, speed) = (x - held, v - slope);
-        x = free[0][0] * from + free[0][1] * speed + held + slope * h;
+        let offset = force(i - 1) / square - damping / square * slope;
+        let (from, speed) = (x - offset, v - slope);
+        x = free[0][0] * from + free[0][1] * speed + offset + slope * h;
         v = free[1][0] * from + free[1][1] * speed + slope;
         path.push(x);
     }
@@ -230,8 +230,8 @@ mod tests {
     #[test]
     fn a_response_oscillates_about_its_static_displacement_and_follows_a_ramp() {
         let times: Vec<f64> = (0..=100).map(|i| f64::from(i) * 0.1).collect();
-        let held = response([4.0, 0.0, 0.0], &[2.0], &times);
-        for (x, t) in held.iter().zip(&times) {
+        let constant = response([4.0, 0.0, 0.0], &[2.0], &times);
+        for (x, t) in constant.iter().zip(&times) {
             assert!((x - 0.5 * (1.0 - (2.0 * t).cos())).abs() < 1e-12);
         }
         let ramp: Vec<f64> = times.iter().map(|t| 3.0 * t).collect();

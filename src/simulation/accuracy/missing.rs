@@ -193,7 +193,7 @@ pub(super) fn finer<M: Model + Clone>(
     let parts = [&all_of(&modes)[..], &all_of(&fine)];
     let compared = Compared::new(&mut richer, (motion, tips), (start, &elastic), parts).unwrap_or_default();
     let facts = coarse.facts();
-    let acts_on_high_modes = facts.springs > 0 || facts.cords > 0 || facts.has_contact;
+    let acts_on_high_modes = facts.springs > 0 || facts.length_tendons > 0 || facts.has_contact;
     estimate.linear = compared.apart / facts.length;
     estimate.is_linear = compared.is_linear && !acts_on_high_modes;
     model_with(&fine, estimate, compared.frequencies)

@@ -29,7 +29,7 @@ mod choice;
 mod drive;
 mod features;
 mod following;
-mod growth;
+mod growth_resolution;
 mod integrator;
 mod linear;
 mod missing;

@@ -17,15 +17,15 @@ const TIGHTEST: f64 = 0.1;
 const NEGLIGIBLE: f64 = 0.3;
 
 /// Smallest error of a run, relative to its tolerance, that is assumed.
-const LEAST: f64 = 0.02;
+const SMALLEST_ERROR: f64 = 0.02;
 
 /// A difference of models is attributed to modes if it exceeds the expected error of the steps by this factor.
 const CLEAR: f64 = 3.0;
 
-/// Tolerance of a first run that finds large errors at little cost, made if `OFTEN` times the bound by forces exceeds it: errors
+/// Tolerance of a first run that finds large errors at little cost, made if `TYPICAL_ERROR` times the bound by forces exceeds it: errors
 /// are often at least this part of their bound.
-const FIRST: f64 = 1e-3;
-const OFTEN: f64 = 0.1;
+const COARSE_TOLERANCE: f64 = 1e-3;
+const TYPICAL_ERROR: f64 = 0.1;
 
 /// If the change by nodes, estimated by forces, is smaller than this part of the largest accepted change, or larger than it divided by this,
 /// no run is needed.
@@ -70,11 +70,12 @@ pub(super) fn add_error<M: Model + Clone>(
     let n = model.facts().n;
     let [q0, v0] = plan.start.map(|values| finer.embed(values, n));
     // Expected error of a run relative to its tolerance, from the runs of the coarse model.
-    let part = run.simulation.statistics.time_error.map_or(1.0, |error| error / run.tolerance).max(LEAST);
+    let part =
+        run.simulation.statistics.time_error.map_or(1.0, |error| error / run.tolerance).max(SMALLEST_ERROR);
     let tightest = run.tolerance.min(TIGHTEST * wanted);
     let fit = (NEGLIGIBLE * wanted / part).min(FIRST_TOLERANCE * wanted).max(tightest);
-    let is_large = finer.estimate.bound(late).is_none_or(|bound| OFTEN * bound > FIRST);
-    let mut tolerance = if is_large { fit.max(FIRST) } else { fit };
+    let is_large = finer.estimate.bound(late).is_none_or(|bound| TYPICAL_ERROR * bound > COARSE_TOLERANCE);
+    let mut tolerance = if is_large { fit.max(COARSE_TOLERANCE) } else { fit };
     let error = loop {
         let request = Request { rtol: tolerance, ..plan.request };
         let known = Some(&plan.following);

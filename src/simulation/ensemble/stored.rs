@@ -55,8 +55,8 @@ impl Size {
     /// progress.
     pub fn numbers(&self, keep: Keep, inputs: usize, workers: usize) -> usize {
         /// Additional values: times, coordinates, velocities, accelerations and energy flow.
-        const BESIDE: usize = 3;
-        let of_run = self.times.saturating_mul(3 * self.n + inputs + BESIDE);
+        const OTHER_VALUES: usize = 3;
+        let of_run = self.times.saturating_mul(3 * self.n + inputs + OTHER_VALUES);
         let means = if keep == Keep::Summary { self.rows_of_groups().1 } else { 0 };
         let means = means.saturating_mul(2 * self.width_of_means());
         let rows = self.count.saturating_mul(self.of_row(keep));

@@ -10,14 +10,14 @@ use crate::numerics::linalg::{Lu, Matrix, Singular};
 const SOLVED: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// The matrix `S = w_q K + w_v D + M` of a step.
-struct System<'a, M: ?Sized> {
+struct StepMatrix<'a, M: ?Sized> {
     equations: Equations<'a, M>,
     at: Linearised,
     tangent: Matrix,
     lu: Lu,
 }
 
-impl<'a, M: Model + ?Sized> System<'a, M> {
+impl<'a, M: Model + ?Sized> StepMatrix<'a, M> {
     fn new(model: &'a mut M, trajectory: &Trajectory<'a>) -> Self {
         let n = model.facts().n;
         let equations = Equations::new(model, trajectory.intervals);
@@ -101,7 +101,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
 ) -> Result<StateDerivatives, Failure> {
     let (n, p) = (model.facts().n, parameters.of.len());
     let steps = trajectory.steps(model, scheme);
-    let mut system = System::new(model, trajectory);
+    let mut system = StepMatrix::new(model, trajectory);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
     let (mut q_base, mut v_base) = (q.clone(), v.clone());
@@ -154,7 +154,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
     let n = model.facts().n;
     let mut gradient = vec![0.0; parameters.of.len()];
     let steps = trajectory.steps(model, scheme);
-    let mut system = System::new(model, trajectory);
+    let mut system = StepMatrix::new(model, trajectory);
     // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
     let mut lambda = vec![0.0; n];

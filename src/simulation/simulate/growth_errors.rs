@@ -39,7 +39,7 @@ enum Steps {
 }
 
 /// A growing motion.
-struct Growth {
+struct GrowthError {
     /// Complex rate in 1/s.
     rate: Complex,
     /// Size at the start, relative to the length or to typical coordinates.
@@ -66,7 +66,7 @@ pub(super) struct GrowthErrors {
     longest: f64,
     /// Size of the last step, and the relative error of each growth in a step of this size.
     known: (f64, Vec<f64>),
-    growths: Vec<Growth>,
+    growths: Vec<GrowthError>,
     /// The state with the largest error so far, the time of the next check, and the time between checks.
     passed: Option<Passed>,
     next: f64,
@@ -101,10 +101,10 @@ impl GrowthErrors {
             let begins = growing.size * growing.reach(model, q);
             let lasts = (FARTHEST / begins.max(ROUNDING_OF_STATES)).ln() / growing.rate;
             let until = t_span.0 + lasts.clamp(0.0, duration);
-            Growth { rate: growing.value, begins, until, error: 0.0 }
+            GrowthError { rate: growing.value, begins, until, error: 0.0 }
         });
-        let is_visible = |growth: &Growth| growth.ends(t_span.0) > WORTH_A_WARNING;
-        let growths: Vec<Growth> = growths.filter(is_visible).collect();
+        let is_visible = |growth: &GrowthError| growth.ends(t_span.0) > WORTH_A_WARNING;
+        let growths: Vec<GrowthError> = growths.filter(is_visible).collect();
         let known = (0.0, vec![0.0; growths.len()]);
         let fastest = growths.iter().max_by(|a, b| a.rate.re.total_cmp(&b.rate.re))?;
         let next = fastest.until;
@@ -183,8 +183,8 @@ impl GrowthErrors {
                 100.0 * lost.min(1.0),
             ));
         }
-        let rounded = |growth: &&Growth| growth.begins <= ROUNDING_OF_STATES;
-        let by_rate = |a: &&Growth, b: &&Growth| -> Ordering { a.rate.re.total_cmp(&b.rate.re) };
+        let rounded = |growth: &&GrowthError| growth.begins <= ROUNDING_OF_STATES;
+        let by_rate = |a: &&GrowthError, b: &&GrowthError| -> Ordering { a.rate.re.total_cmp(&b.rate.re) };
         let fastest = self.growths.iter().filter(rounded).max_by(by_rate)?;
         let exponent = fastest.rate.re * (self.t_span.1 - t0);
         Some(unstable_equilibrium(fastest.rate.re, exponent))
@@ -202,7 +202,7 @@ pub(crate) fn unstable_equilibrium(rate: f64, exponent: f64) -> String {
     )
 }
 
-impl Growth {
+impl GrowthError {
     /// Its size at the time `until`.
     fn ends(&self, t0: f64) -> f64 {
         self.begins.max(ROUNDING_OF_STATES) * (self.rate.re * (self.until - t0)).exp()

@@ -21,7 +21,6 @@
 mod changes;
 mod energy_watch;
 mod following;
-mod growth;
 mod impact_resolver;
 mod integrator;
 mod method;
@@ -30,6 +29,7 @@ mod resolved;
 mod run;
 mod start;
 mod status;
+mod unstable_vibrations;
 
 pub use method::Method;
 pub use run::Run;

@@ -23,7 +23,7 @@ pub enum Status {
     /// A closed loop opened.
     Open,
     /// Surfaces sank into each other, or passed through each other.
-    Sunk,
+    DeepPenetration,
     /// Closed loops are at a singular position that the method cannot pass.
     Singular,
     /// Inextensible tendons become taut and slack again endlessly.
@@ -47,7 +47,7 @@ impl Status {
             | Self::Inverted
             | Self::Collapsed
             | Self::Open
-            | Self::Sunk
+            | Self::DeepPenetration
             | Self::Singular
             | Self::Chattering
             | Self::Stiff
@@ -74,7 +74,7 @@ impl Status {
             Self::Inverted => "inverted",
             Self::Collapsed => "collapsed",
             Self::Open => "loop_open",
-            Self::Sunk => "sunk",
+            Self::DeepPenetration => "deep_penetration",
             Self::Singular => "singular_position",
             Self::Chattering => "chattering",
             Self::Stiff => "stiff",
@@ -195,7 +195,7 @@ impl Stop {
                     .to_owned(),
             ),
             InvalidShape::DeepPenetration { .. } => (
-                Status::Sunk,
+                Status::DeepPenetration,
                 "; if that fails too, give the contact more `stiffness`".to_owned(),
             ),
             InvalidShape::Inverted { .. } => (

@@ -1,12 +1,12 @@
 //! The search for equilibria: a trust-region Newton method that stays on its constraints.
 //!
 //! Steps are measured in sizes of coordinates ([`sizes`](crate::model::Elastic::sizes)), rotations are steps on the group
-//! ([`crate::model::chart`]), cords are inequalities of the quadratic problem of a step ([`quadratic`]), and the end is judged by forces
-//! relative to the magnitudes of their contributions ([`end`]). Every iterate satisfies loops and cords, so that no weight between
+//! ([`crate::model::chart`]), tendons are inequalities of the quadratic problem of a step ([`quadratic`]), and the end is judged by forces
+//! relative to the magnitudes of their contributions ([`balance`]). Every iterate satisfies loops and tendons, so that no weight between
 //! energy and gaps has to be chosen (Absil, Baker and Gallivan 2007, "Trust-region methods on Riemannian manifolds"). Energies are
 //! compared by the work along steps; nothing depends on masses, times or units.
 
-mod end;
+mod balance;
 mod problem;
 mod quadratic;
 mod scale;
@@ -16,14 +16,16 @@ use nalgebra::DVector;
 
 use super::equations::Counters;
 use super::interrupted::{InterruptedSearch, Monitor, Reached};
-use super::ladder::{self, DEEP, LONGEST, LOOSE, Ladder, Rung};
 use super::path::Path;
+use super::stiffness_continuation::{
+    self, DEEP_OVERLAP, MAX_SOFT_ITERATIONS, NextStart, SOFT_TOLERANCE, StiffnessContinuation,
+};
 use crate::error::Interrupted;
 use crate::model::constraint::{self, closing};
 use crate::model::{InvalidShape, Radius, Static, chart};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
-use end::{Balance, Reduced};
+use balance::{Balance, IndependentRows};
 use problem::{Problem, Shape, add_transposed, times};
 use quadratic::Linearised;
 use scale::Scale;
@@ -35,42 +37,42 @@ const FIRST_RADIUS: f64 = 0.5;
 /// A radius below this one is rounding.
 const SMALLEST_RADIUS: f64 = 1e-14;
 
-/// A step that does this part of the predicted work is accepted; from `GOOD` on the radius may grow by `GROWTH`, below `POOR`
-/// it is half the step; after a refused one it shrinks by `CUT` (Conn, Gould and Toint 2000, section 6.1).
-const TAKEN: f64 = 0.05;
-const GOOD: f64 = 0.7;
-const POOR: f64 = 0.25;
-const GROWTH: f64 = 3.0;
-const CUT: f64 = 0.3;
+/// A step that does this part of the predicted work is accepted; from `GOOD_RATIO` on the radius may grow by `RADIUS_GROWTH`, below `POOR_RATIO`
+/// it is half the step; after a refused one it shrinks by `RADIUS_CUT` (Conn, Gould and Toint 2000, section 6.1).
+const ACCEPTED_RATIO: f64 = 0.05;
+const GOOD_RATIO: f64 = 0.7;
+const POOR_RATIO: f64 = 0.25;
+const RADIUS_GROWTH: f64 = 3.0;
+const RADIUS_CUT: f64 = 0.3;
 
 /// With contacts the radius grows to this multiple of a step; the shift of the second derivative changes by these factors after a step
 /// that is refused, and after one that is accepted (Levenberg 1944; Marquardt 1963).
-const GROWTH_OF_STEPS: f64 = 4.0;
+const RADIUS_OVER_STEP: f64 = 4.0;
 const MORE_DAMPING: f64 = 4.0;
 const LESS_DAMPING: f64 = 1.0 / 16.0;
 
 /// A refused step below this part of the radius was limited by the shift, not by the radius: the shift grows, and the radius becomes
-/// `1 / CUT` times the step. Smaller than `CUT`, so that rounding cannot lead to the same step and radius again.
+/// `1 / RADIUS_CUT` times the step. Smaller than `RADIUS_CUT`, so that rounding cannot lead to the same step and radius again.
 const WELL_WITHIN: f64 = 0.25;
 
 /// A start whose forces balance to this part is nearly an equilibrium; contacts need not be softened on the way to it.
-const NEAR: f64 = 1e-2;
+const NEARLY_EQUILIBRIUM: f64 = 1e-2;
 
 /// Work below this part of the energies is rounding.
 const ROUNDING_OF_WORK: f64 = 1e-11;
 
 /// Forces that balance to this part do so to rounding.
-const BALANCED: f64 = 1e-13;
+const BALANCED_TO_ROUNDING: f64 = 1e-13;
 
 /// If no step, however short, improves the balance, forces that balance to this part are in equilibrium to rounding.
 const NEARLY_BALANCED: f64 = 1e-8;
 
-/// If forces balance to this part, but their error has not halved within [`PATIENCE`] steps, the shape is fixed along directions whose
-/// stiffness is below [`IDLE`] of the magnitude of the forces and along which these balance to [`WITHOUT_FORCE`].
-const SETTLING: f64 = 1e-5;
-const PATIENCE: usize = 5;
-const IDLE: f64 = 1e-7;
-const WITHOUT_FORCE: f64 = 1e-11;
+/// If forces balance to this part, but their error has not halved within [`MAX_STALE_STEPS`] steps, the shape is fixed along directions whose
+/// stiffness is below [`IDLE_STIFFNESS`] of the magnitude of the forces and along which these balance to [`IDLE_FORCE`].
+const SETTLING_ERROR: f64 = 1e-5;
+const MAX_STALE_STEPS: usize = 5;
+const IDLE_STIFFNESS: f64 = 1e-7;
+const IDLE_FORCE: f64 = 1e-11;
 
 /// Newton steps of this length, in sizes, have the same effect.
 const NEARLY_THERE: f64 = 1e-9;
@@ -81,30 +83,30 @@ const ROUNDING_OF_STEPS: f64 = 1e-13;
 const ROUNDING_OF_FORCES: f64 = 1e-6;
 
 /// After a Newton step of this length, in sizes, the error is its square, hence rounding.
-const SHORT: f64 = 1e-7;
+const QUADRATIC_STEP: f64 = 1e-7;
 
 /// A shape that is farther than this, in sizes, from the nearest closed one is open, however small its gaps are: near singular shapes,
 /// such as an exactly straight rope, gaps are squares of distances. Gaps below the second number, relative to their sizes, are
 /// rounding.
-const OPEN: f64 = 1e-7;
+const LARGEST_CLOSED_DISTANCE: f64 = 1e-7;
 const ROUNDING_OF_GAPS: f64 = 1e-13;
 
 /// Shapes of loops that the rounding of gaps moves by more than this part of sizes are near a singular position. Their multipliers are
 /// undetermined if that motion changes them by more than the second part.
-const ROUNDED: f64 = 1e-12;
-const UNCERTAIN: f64 = 1e-4;
+const MOVED_BY_ROUNDING: f64 = 1e-12;
+const UNDETERMINED_MULTIPLIERS: f64 = 1e-4;
 
-/// A model is not held if it moves by this many sizes in a step, or by [`FAR`] sizes without a relative change of forces: farther away,
+/// A model is not held if it moves by this many sizes in a step, or by [`FAR_STEP`] sizes without a relative change of forces: farther away,
 /// gaps of loops are rounding.
 pub(super) const UNSUPPORTED_STEP: f64 = 1e9;
-const FAR: f64 = 1e6;
-const UNCHANGED: f64 = 1e-9;
+const FAR_STEP: f64 = 1e6;
+const UNCHANGED_FORCES: f64 = 1e-9;
 
 /// Smallest error of the balance by which steps are regularised: the default tolerance of equilibria.
 const LEAST_ERROR: f64 = 1e-10;
 
 /// Maximum number of saddles that a search leaves.
-const ESCAPES: usize = 5;
+const MAX_SADDLES: usize = 5;
 const ESCAPING_RADIUS: f64 = 0.1;
 
 /// How a search has ended.
@@ -130,7 +132,7 @@ pub(super) struct Found {
     pub(super) step_norm: f64,
     /// Norm of the residual forces times sizes, in joules.
     pub(super) residual_norm: f64,
-    /// Multipliers of loops, followed by those of cords that do not stretch.
+    /// Multipliers of loops, followed by those of tendons that do not stretch.
     pub(super) multipliers: Vec<f64>,
     pub(super) counters: Counters,
 }
@@ -144,7 +146,7 @@ pub(super) struct Goal {
     pub(super) is_stable: bool,
 }
 
-/// Searches an equilibrium from a shape, at first from the nearest one in which loops and cords are closed.
+/// Searches an equilibrium from a shape, at first from the nearest one in which loops and tendons are closed.
 pub(super) fn search(
     model: &mut dyn Static,
     q0: &[f64],
@@ -184,7 +186,7 @@ pub(super) fn multipliers_are_rounding(model: &mut dyn Static, q: &[f64]) -> boo
     search.is_ok_and(|mut search| search.multipliers_are_rounding())
 }
 
-/// Whether a shape is not close to one with closed loops and with taut cords of their commanded lengths. Does not change the shape.
+/// Whether a shape is not close to one with closed loops and with taut tendons of their commanded lengths. Does not change the shape.
 pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     let (m, n) = (model.facts().constraints(), q.len());
     let (mut gaps, mut sizes) = (vec![0.0; m], vec![0.0; n]);
@@ -197,8 +199,8 @@ pub(super) fn is_open(model: &mut dyn Static, q: &[f64]) -> bool {
     model.gap_jacobian(q, &mut rows);
     constraint::forget_unmoved(&mut rows, &sizes, &model.facts().gap_sizes);
     chart::rows(&model.facts().rotation_vectors, q, &mut rows);
-    let held = Reduced::new(&problem::scaled(&rows, &sizes));
-    norm(&times(&held.transform, &gaps)) > OPEN
+    let constraints = IndependentRows::new(&problem::scaled(&rows, &sizes));
+    norm(&times(&constraints.transform, &gaps)) > LARGEST_CLOSED_DISTANCE
 }
 
 /// State of a search that persists between steps.
@@ -209,7 +211,7 @@ struct Progress {
     /// The error before the last step, and its length.
     before: f64,
     last: f64,
-    /// The smallest error, the number of steps since it last halved, and whether that exceeds [`PATIENCE`].
+    /// The smallest error, the number of steps since it last halved, and whether that exceeds [`MAX_STALE_STEPS`].
     best: f64,
     stale: usize,
     is_settling: bool,
@@ -228,40 +230,40 @@ impl Progress {
     fn record_error(&mut self, error: f64) {
         (self.stale, self.best) =
             if error < 0.5 * self.best { (0, error) } else { (self.stale + 1, self.best) };
-        self.is_settling |= error < SETTLING && self.stale > PATIENCE;
+        self.is_settling |= error < SETTLING_ERROR && self.stale > MAX_STALE_STEPS;
     }
 
     /// The radius after a step that did this part of the predicted work.
-    fn resize(&mut self, good: f64, length: f64, shift: f64) {
+    fn resize(&mut self, ratio: f64, length: f64, shift: f64) {
         let may_grow = self.radius < 1.0 || shift > 0.5 * self.radius;
-        if good < POOR {
+        if ratio < POOR_RATIO {
             self.radius = 0.5 * length;
         } else if self.is_damped && may_grow {
             // Steps are short where surfaces begin to touch, and may be longer afterwards.
-            self.radius = self.radius.max(GROWTH_OF_STEPS * length);
-        } else if good > GOOD && length > 0.8 * self.radius && may_grow {
-            self.radius *= GROWTH;
+            self.radius = self.radius.max(RADIUS_OVER_STEP * length);
+        } else if ratio > GOOD_RATIO && length > 0.8 * self.radius && may_grow {
+            self.radius *= RADIUS_GROWTH;
         }
     }
 }
 
-/// The quadratic problem of a step, in normalised coordinates.
+/// The quadratic problem of a step, in normalised coordinates; `constraints` are those of closed loops.
 struct Local {
     hessian: Matrix,
     gradient: Vec<f64>,
-    held: Reduced,
+    constraints: IndependentRows,
     rows: Matrix,
     excess: Vec<f64>,
     stiffness: Vec<f64>,
-    is_cord: Vec<bool>,
+    is_one_sided: Vec<bool>,
     regularisation: Vec<f64>,
     taut: Vec<bool>,
 }
 
 impl Local {
     fn linearised(&self) -> Linearised<'_> {
-        let Self { gradient, held, rows, excess, stiffness, is_cord, .. } = self;
-        Linearised { gradient, held, rows, excess, stiffness, is_cord }
+        let Self { gradient, constraints, rows, excess, stiffness, is_one_sided, .. } = self;
+        Linearised { gradient, constraints, rows, excess, stiffness, is_one_sided }
     }
 
     /// The length of Newton's step.
@@ -275,7 +277,7 @@ impl Local {
         let mut regular = self.hessian.clone();
         self.regularisation.iter().enumerate().for_each(|(k, x)| regular[(k, k)] += x);
         let none = vec![0.0; self.gradient.len()];
-        let holds = |row: usize| self.taut[row] || !self.is_cord[row];
+        let holds = |row: usize| self.taut[row] || !self.is_one_sided[row];
         let excess: Vec<f64> =
             (0..self.taut.len()).map(|row| if holds(row) { 0.0 } else { f64::NEG_INFINITY }).collect();
         let at_rest = Linearised { gradient: &none, excess: &excess, ..self.linearised() };
@@ -288,7 +290,7 @@ impl Local {
 struct AcceptedStep {
     shape: Shape,
     balance: Balance,
-    good: f64,
+    ratio: f64,
     length: f64,
     shift: f64,
     is_unsupported: bool,
@@ -307,7 +309,7 @@ struct Search<'a> {
     shape: Shape,
     scale: Scale,
     balance: Balance,
-    is_cord: Vec<bool>,
+    is_one_sided: Vec<bool>,
     /// Sizes moved since the scale was found.
     moved: f64,
     step_norm: f64,
@@ -321,8 +323,17 @@ impl<'a> Search<'a> {
         let shape = problem.shape(q)?;
         let scale = Scale::new(&mut problem, &shape.q);
         let balance = Balance::new(&problem, &shape, &scale);
-        let is_cord = (0..shape.excess.len()).map(|row| problem.is_cord(row)).collect();
-        Ok(Self { problem, shape, scale, balance, is_cord, moved: 0.0, step_norm: f64::NAN, deepest: None })
+        let is_one_sided = (0..shape.excess.len()).map(|row| problem.is_one_sided(row)).collect();
+        Ok(Self {
+            problem,
+            shape,
+            scale,
+            balance,
+            is_one_sided,
+            moved: 0.0,
+            step_norm: f64::NAN,
+            deepest: None,
+        })
     }
 
     fn found(self, ended: Ended) -> Found {
@@ -344,18 +355,22 @@ impl<'a> Search<'a> {
 
     /// Searches with soft contacts first, if there are any.
     fn search_with_soft_contacts(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
-        if !self.problem.model.facts().has_contact || self.balance.error < NEAR {
+        if !self.problem.model.facts().has_contact || self.balance.error < NEARLY_EQUILIBRIUM {
             return self.descend(goal);
         }
         let start = self.shape.q.clone();
-        let mut ladder = Ladder::new(&mut *self.problem.model, &start);
+        let mut stiffness_continuation = StiffnessContinuation::new(&mut *self.problem.model, &start);
         let mut left = goal.max_iter;
-        while ladder.soften(&mut *self.problem.model) && left > 0 {
+        while stiffness_continuation.soften(&mut *self.problem.model) && left > 0 {
             self.deepest = Some(0.0);
             self.reevaluate()?;
             let before = self.problem.counters.iterations;
             // Half of the iterations are reserved for the next searches.
-            let loose = Goal { tolerance: LOOSE, max_iter: LONGEST.min(left.div_ceil(2)), ..goal };
+            let loose = Goal {
+                tolerance: SOFT_TOLERANCE,
+                max_iter: MAX_SOFT_ITERATIONS.min(left.div_ceil(2)),
+                ..goal
+            };
             let ended = self.descend(loose)?;
             if ended == Ended::WithoutPotential {
                 return Ok(ended);
@@ -366,12 +381,14 @@ impl<'a> Search<'a> {
                 Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
                 _ => f64::INFINITY,
             };
-            let part = ladder.part();
-            match ladder.next_rung(overlap, deepest, ended == Ended::Converged) {
-                Rung::Start if ended == Ended::Converged => self.follow_obstacles(&ladder, part)?,
-                Rung::Start => {}
-                Rung::Free => break,
-                Rung::Dropped => self.shape.q.clone_from(&start),
+            let fraction = stiffness_continuation.fraction();
+            match stiffness_continuation.next_start(overlap, deepest, ended == Ended::Converged) {
+                NextStart::LastShape if ended == Ended::Converged => {
+                    self.follow_obstacles(&stiffness_continuation, fraction)?;
+                }
+                NextStart::LastShape => {}
+                NextStart::WithoutContact => break,
+                NextStart::InitialShape => self.shape.q.clone_from(&start),
             }
         }
         self.problem.model.soften_contact(None);
@@ -380,19 +397,24 @@ impl<'a> Search<'a> {
         self.descend(Goal { max_iter: left, ..goal })
     }
 
-    /// Moves the shape with the surfaces of obstacles that shrink between the search with `part` and the next one, to first order (Euler
+    /// Moves the shape with the surfaces of obstacles that shrink between the search with `fraction` and the next one, to first order (Euler
     /// predictor: Allgower and Georg 1990, section 2.1): what touches stays in contact, instead of falling across the gap.
-    fn follow_obstacles(&mut self, ladder: &Ladder, part: f64) -> Result<(), Interrupted> {
+    fn follow_obstacles(
+        &mut self,
+        stiffness_continuation: &StiffnessContinuation,
+        fraction: f64,
+    ) -> Result<(), Interrupted> {
         /// Fraction of the change for which forces are differenced: the ends of overlaps hardly move.
-        const FRACTION: f64 = 1e-4;
-        ladder.shrink(&mut *self.problem.model, part, FRACTION);
+        const DIFFERENCE_FRACTION: f64 = 1e-4;
+        stiffness_continuation.shrink(&mut *self.problem.model, fraction, DIFFERENCE_FRACTION);
         let shrunk = self.problem.shape(self.shape.q.clone())?;
         if shrunk.force == self.shape.force {
             return Ok(());
         }
-        ladder.shrink(&mut *self.problem.model, part, 0.0);
+        stiffness_continuation.shrink(&mut *self.problem.model, fraction, 0.0);
         let Some(mut local) = self.local(false, self.balance.error) else { return Ok(()) };
-        let change = shrunk.force.iter().zip(&self.shape.force).map(|(new, old)| (new - old) / FRACTION);
+        let change =
+            shrunk.force.iter().zip(&self.shape.force).map(|(new, old)| (new - old) / DIFFERENCE_FRACTION);
         local.gradient = change.zip(&self.scale.w).map(|(force, w)| force * w).collect();
         let linearised = local.linearised();
         let bounds = Bounds { scale: &self.scale, radius: FIRST_RADIUS };
@@ -401,7 +423,7 @@ impl<'a> Search<'a> {
         let Some(solution) = solution else { return Ok(()) };
         let length = step::length(&solution.x, &self.scale.metric(FIRST_RADIUS));
         let Self { problem, shape, scale, .. } = self;
-        let new = step::retracted(problem, shape, scale, &linearised, &solution, &local.held, length)?;
+        let new = step::retracted(problem, shape, scale, &linearised, &solution, &local.constraints, length)?;
         if let Some(new) = new
             && new.force.iter().all(|force| force.is_finite())
             && self.problem.model.invalid_shape(&new.q).is_none()
@@ -423,13 +445,13 @@ impl<'a> Search<'a> {
 
     /// Whether softened surfaces overlap so far that they may be on either side of obstacles.
     fn is_deep(&mut self) -> bool {
-        self.deepest.is_some() && self.problem.model.deepest_overlaps(&self.shape.q)[0] > DEEP
+        self.deepest.is_some() && self.problem.model.deepest_overlaps(&self.shape.q)[0] > DEEP_OVERLAP
     }
 
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
         // Contacts set in abruptly: steps are limited by a shift of the second derivative, which hardly affects stiff directions.
         let is_damped = self.problem.model.facts().has_contact;
-        let mut so_far = Progress::new(if goal.is_stable { ESCAPES } else { 0 }, is_damped);
+        let mut so_far = Progress::new(if goal.is_stable { MAX_SADDLES } else { 0 }, is_damped);
         for _ in 0..goal.max_iter {
             self.problem.counters.iterations += 1;
             let mut error = self.balance.error;
@@ -442,15 +464,17 @@ impl<'a> Search<'a> {
                 return Ok(if is_finite { Ended::WithoutPotential } else { Ended::NonFinite });
             };
             let is_pressed = !self.shape.contact_force.is_empty() && so_far.damping == 0.0;
-            if so_far.last < ROUNDING_OF_STEPS && error < if is_pressed { NEAR } else { ROUNDING_OF_FORCES } {
+            if so_far.last < ROUNDING_OF_STEPS
+                && error < if is_pressed { NEARLY_EQUILIBRIUM } else { ROUNDING_OF_FORCES }
+            {
                 return Ok(Ended::Converged);
             }
-            if error <= goal.tolerance.max(BALANCED) {
+            if error <= goal.tolerance.max(BALANCED_TO_ROUNDING) {
                 let next = local.next(&self.scale.metric(so_far.radius));
-                let is_end = error <= BALANCED
+                let is_end = error <= BALANCED_TO_ROUNDING
                     || next <= goal.tolerance
                     || error > 0.1 * so_far.before
-                    || so_far.last < SHORT;
+                    || so_far.last < QUADRATIC_STEP;
                 if is_end {
                     self.step_norm = next.min(so_far.last);
                     if so_far.escapes == 0 || !local.is_saddle() {
@@ -462,8 +486,8 @@ impl<'a> Search<'a> {
             }
             let tried = self.try_steps(&local, &mut so_far, error)?;
             so_far.damping *= LESS_DAMPING;
-            let AcceptedStep { shape, balance, good, length, shift, is_unsupported } = match tried {
-                Tried::AcceptedStep(taken) => *taken,
+            let AcceptedStep { shape, balance, ratio, length, shift, is_unsupported } = match tried {
+                Tried::AcceptedStep(accepted) => *accepted,
                 Tried::Deep => return Ok(Ended::Stalled),
                 Tried::Refused(invalid_shape) => {
                     // Rounding of the shape causes forces of stiff contacts and stops that no step can reduce.
@@ -475,7 +499,7 @@ impl<'a> Search<'a> {
                     return Ok(invalid_shape.map_or(Ended::Stalled, Ended::Invalid));
                 }
             };
-            so_far.resize(good, length, shift);
+            so_far.resize(ratio, length, shift);
             if is_unsupported {
                 return Ok(Ended::Unheld);
             }
@@ -497,24 +521,30 @@ impl<'a> Search<'a> {
         let n = self.problem.n();
         let w = &self.scale.w;
         let hessian = Matrix::from_fn(n, n, |i, j| hessian[(i, j)] * w[i] * w[j]);
-        let held = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
+        let constraints = IndependentRows::new(&self.scale.rows(&self.shape.gap_rows));
         let rows = self.scale.rows(&self.shape.rows);
         let taut: Vec<bool> = self.balance.tensions.iter().map(|tension| *tension > 0.0).collect();
         let gradient = if is_settling {
             let active: Vec<bool> =
-                taut.iter().zip(&self.is_cord).map(|(taut, cord)| *taut || !cord).collect();
-            self.held_still(&quadratic::softest(&hessian, &held, &rows, &self.problem.stiffness, &active))
+                taut.iter().zip(&self.is_one_sided).map(|(taut, tendon)| *taut || !tendon).collect();
+            self.without_idle_residuals(&quadratic::softest(
+                &hessian,
+                &constraints,
+                &rows,
+                &self.problem.stiffness,
+                &active,
+            ))
         } else {
             self.gradient()
         };
         Some(Local {
             hessian,
             gradient,
-            held,
+            constraints,
             rows,
             excess: self.shape.excess.clone(),
             stiffness: self.problem.stiffness.clone(),
-            is_cord: self.is_cord.clone(),
+            is_one_sided: self.is_one_sided.clone(),
             regularisation: self.scale.regularisation(error.max(LEAST_ERROR), &self.balance.work),
             taut,
         })
@@ -538,7 +568,8 @@ impl<'a> Search<'a> {
             let Some(solution) = solution else { break };
             let length = step::length(&solution.x, &self.scale.metric(radius));
             let Self { problem, shape, scale, .. } = self;
-            let new = step::retracted(problem, shape, scale, &linearised, &solution, &local.held, length)?;
+            let new =
+                step::retracted(problem, shape, scale, &linearised, &solution, &local.constraints, length)?;
             if let Some(new) = new
                 && new.force.iter().all(|force| force.is_finite())
             {
@@ -552,32 +583,34 @@ impl<'a> Search<'a> {
                     return Ok(Tried::Deep);
                 }
                 if invalid_shape.is_none() && !have_tunnelled {
-                    let fall = predicted(&linearised, hessian, &solution.x);
+                    let decrease = predicted(&linearised, hessian, &solution.x);
                     let done = self.problem.work(&self.shape, &new)?;
                     let balance = Balance::new(&self.problem, &new, &self.scale);
-                    let good = if fall > ROUNDING_OF_WORK * size {
-                        done / fall
+                    let ratio = if decrease > ROUNDING_OF_WORK * size {
+                        done / decrease
                     } else if balance.error < 2.0 * error || done > 0.0 {
                         1.0
                     } else {
                         0.0
                     };
-                    if good > TAKEN {
+                    if ratio > ACCEPTED_RATIO {
                         let straight = -dot(&local.gradient, &solution.x);
                         let is_unsupported = length > UNSUPPORTED_STEP
-                            || length > FAR && (fall - straight).abs() < UNCHANGED * straight.abs();
+                            || length > FAR_STEP
+                                && (decrease - straight).abs() < UNCHANGED_FORCES * straight.abs();
                         let shift = self.scale.shift(&solution.x);
-                        let taken = AcceptedStep { shape: new, balance, good, length, shift, is_unsupported };
-                        return Ok(Tried::AcceptedStep(Box::new(taken)));
+                        let accepted =
+                            AcceptedStep { shape: new, balance, ratio, length, shift, is_unsupported };
+                        return Ok(Tried::AcceptedStep(Box::new(accepted)));
                     }
                 }
             }
             if is_damped && length < WELL_WITHIN * radius {
                 let steepest = linearised.steepest(&self.scale.metric(radius));
                 so_far.damping = MORE_DAMPING * so_far.damping.max(FIRST_SHIFT * steepest);
-                so_far.radius = radius.min(length / CUT);
+                so_far.radius = radius.min(length / RADIUS_CUT);
             } else {
-                so_far.radius = CUT * radius.min(length);
+                so_far.radius = RADIUS_CUT * radius.min(length);
             }
         }
         Ok(Tried::Refused(invalid_shape))
@@ -607,18 +640,24 @@ impl<'a> Search<'a> {
             return false;
         }
         let Scale { sizes, w, .. } = &self.scale;
-        let held = Reduced::new(&self.scale.rows(&self.shape.gap_rows));
+        let constraints = IndependentRows::new(&self.scale.rows(&self.shape.gap_rows));
         let rounding = |k: usize| -> f64 {
             let gap_sizes = self.problem.model.facts().gap_sizes.iter();
-            held.transform.row(k).iter().zip(gap_sizes).map(|(t, size)| (t * size).abs() * f64::EPSILON).sum()
+            constraints
+                .transform
+                .row(k)
+                .iter()
+                .zip(gap_sizes)
+                .map(|(t, size)| (t * size).abs() * f64::EPSILON)
+                .sum()
         };
         // Displacements by that rounding.
-        let moved: Vec<DVector<f64>> = (0..held.rows.nrows())
+        let moved: Vec<DVector<f64>> = (0..constraints.rows.nrows())
             .map(|k| {
                 let most = rounding(k);
-                DVector::from_fn(w.len(), |j, _| w[j] * held.rows[(k, j)] * most)
+                DVector::from_fn(w.len(), |j, _| w[j] * constraints.rows[(k, j)] * most)
             })
-            .filter(|moved| moved.iter().zip(sizes).any(|(x, size)| x.abs() > ROUNDED * size))
+            .filter(|moved| moved.iter().zip(sizes).any(|(x, size)| x.abs() > MOVED_BY_ROUNDING * size))
             .collect();
         if moved.is_empty() {
             return false;
@@ -629,14 +668,16 @@ impl<'a> Search<'a> {
         add_transposed(&self.shape.gap_rows, multipliers, &mut of_loops);
         let normalised = |forces: &[f64]| norm(&forces.iter().zip(w).map(|(f, w)| f * w).collect::<Vec<_>>());
         let most = normalised(&of_loops);
-        moved.iter().any(|moved| normalised((&geometric * moved).as_slice()) > UNCERTAIN * most)
+        moved
+            .iter()
+            .any(|moved| normalised((&geometric * moved).as_slice()) > UNDETERMINED_MULTIPLIERS * most)
     }
 
-    /// Gradient along normalised coordinates, without the forces of elastic cords and springs. Residuals at the level of rounding are set to
+    /// Gradient along normalised coordinates, without the forces of elastic tendons and springs. Residuals at the level of rounding are set to
     /// zero: they would cause large steps along directions without stiffness.
     fn gradient(&self) -> Vec<f64> {
         let Balance { gradient, work, .. } = &self.balance;
-        let is_rounding = |(force, work): &(&f64, &f64)| force.abs() <= BALANCED * **work;
+        let is_rounding = |(force, work): &(&f64, &f64)| force.abs() <= BALANCED_TO_ROUNDING * **work;
         let mut gradient: Vec<f64> =
             gradient.iter().zip(work).map(|x| if is_rounding(&x) { 0.0 } else { *x.0 }).collect();
         let back: Vec<f64> = self.balance.tensions.iter().map(|tension| -tension).collect();
@@ -646,7 +687,7 @@ impl<'a> Search<'a> {
 
     /// The same without residuals along directions without stiffness that are rounding or errors of quadrature: they would move the shape
     /// forever, such as a rope that turns about its axis, because every step along the orbit has an error of its square.
-    fn held_still(&self, softest: &[(f64, Vec<f64>)]) -> Vec<f64> {
+    fn without_idle_residuals(&self, softest: &[(f64, Vec<f64>)]) -> Vec<f64> {
         let Balance { gradient, work, tensions, .. } = &self.balance;
         let w = &self.scale.w;
         let normalised = |forces: &[f64]| -> Vec<f64> { forces.iter().zip(w).map(|(f, w)| f * w).collect() };
@@ -655,21 +696,21 @@ impl<'a> Search<'a> {
         for (stiffness, x) in softest {
             let sum = |of: &dyn Fn(usize) -> f64| (0..x.len()).map(of).sum::<f64>();
             let (force, most) = (dot(&left, x), sum(&|k| work[k] * x[k].abs()));
-            let is_idle = stiffness.abs() <= IDLE * sum(&|k| resistance[k] * x[k] * x[k]);
-            if is_idle && force.abs() <= WITHOUT_FORCE * most {
+            let is_idle = stiffness.abs() <= IDLE_STIFFNESS * sum(&|k| resistance[k] * x[k] * x[k]);
+            if is_idle && force.abs() <= IDLE_FORCE * most {
                 left.iter_mut().zip(x).for_each(|(left, x)| *left -= force * x);
             }
         }
-        let mut of_cords = vec![0.0; w.len()];
-        add_transposed(&self.shape.rows, tensions, &mut of_cords);
-        left.iter().zip(normalised(&of_cords)).map(|(left, of_cords)| left - of_cords).collect()
+        let mut of_tendons = vec![0.0; w.len()];
+        add_transposed(&self.shape.rows, tensions, &mut of_tendons);
+        left.iter().zip(normalised(&of_tendons)).map(|(left, of_tendons)| left - of_tendons).collect()
     }
 
     /// Recomputes the sizes of coordinates, which change slowly with the shape, after moving by a part of them.
     fn rescale(&mut self, length: f64) {
-        const LONG: f64 = 0.3;
+        const RESCALING_DISTANCE: f64 = 0.3;
         self.moved += length;
-        if self.moved > LONG {
+        if self.moved > RESCALING_DISTANCE {
             self.moved = 0.0;
             self.scale = Scale::new(&mut self.problem, &self.shape.q);
             self.balance = Balance::new(&self.problem, &self.shape, &self.scale);
@@ -680,17 +721,17 @@ impl<'a> Search<'a> {
     fn have_tunnelled(&mut self, to: &Shape, length: f64) -> bool {
         /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
         /// a thousandth of its length.
-        const PART: f64 = 0.1;
+        const LENGTH_OF_PARTS: f64 = 0.1;
         /// Maximum number of parts, which bounds the cost of very long steps.
-        const MOST_PARTS: f64 = 1e4;
+        const MAX_PARTS: f64 = 1e4;
         let Problem { model, turns, .. } = &mut self.problem;
         if !model.facts().has_contact || !length.is_finite() {
             return false;
         }
-        let inside = ladder::inside(&mut **model, [&self.shape.q, &to.q]);
+        let inside = stiffness_continuation::tunnelling_overlap(&mut **model, [&self.shape.q, &to.q]);
         model.store_surfaces(&self.shape.q);
         let step = chart::step_between(turns, &self.shape.q, &to.q);
-        let parts = (length / PART).ceil().clamp(1.0, MOST_PARTS) as usize;
+        let parts = (length / LENGTH_OF_PARTS).ceil().clamp(1.0, MAX_PARTS) as usize;
         (1..=parts).any(|part| {
             let mut q = self.shape.q.clone();
             let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();
@@ -711,7 +752,8 @@ fn predicted(linearised: &Linearised<'_>, hessian: &Matrix, x: &[f64]) -> f64 {
             return 0.0;
         }
         let there = c + moved[row];
-        let (here, there) = if linearised.is_cord[row] { (c.max(0.0), there.max(0.0)) } else { (c, there) };
+        let (here, there) =
+            if linearised.is_one_sided[row] { (c.max(0.0), there.max(0.0)) } else { (c, there) };
         0.5 * k * (here - there) * (here + there)
     };
     -(dot(linearised.gradient, x) + 0.5 * dot(x, &times(hessian, x)))

@@ -1,22 +1,22 @@
-//! A model at rest as a problem of least energy: forces, loops, cords and springs in a shape, along steps of its chart
+//! A model at rest as a problem of least energy: forces, loops, tendons and springs in a shape, along steps of its chart
 //! ([`chart`]).
 
 use super::super::equations::Counters;
 use super::super::interrupted::Monitor;
 use crate::analysis::normalised;
 use crate::error::Interrupted;
-use crate::model::springs::{Cords, Springs};
+use crate::model::springs::{LengthTendons, Springs};
 use crate::model::{Static, chart, constraint};
 use crate::numerics::linalg::{Matrix, dot};
 
 /// Forces whose derivatives differ from their transposes by more than this part of the stiffnesses that they couple have no
 /// potential: well above the error of quadrature of sharply bent rods. Weaker forces without a potential only slow the search,
 /// because equilibria are judged by forces.
-const SYMMETRIC: f64 = 1e-3;
+const LARGEST_ASYMMETRY: f64 = 1e-3;
 
-/// Stiffnesses count as at least this part of the largest one when asymmetries are compared with them by [`SYMMETRIC`]: smaller ones are
+/// Stiffnesses count as at least this part of the largest one when asymmetries are compared with them by [`LARGEST_ASYMMETRY`]: smaller ones are
 /// rounding.
-const ROUNDING: f64 = 1e-8;
+const ROUNDING_STIFFNESS: f64 = 1e-8;
 
 /// A model at rest, with the data that do not depend on the shape.
 pub(super) struct Problem<'a> {
@@ -26,12 +26,12 @@ pub(super) struct Problem<'a> {
     /// First components of rotation vectors.
     pub(super) turns: Vec<usize>,
     rest: Vec<f64>,
-    /// Rows of loops among the constraints; cords that do not stretch follow them there.
+    /// Rows of loops among the constraints; tendons that do not stretch follow them there.
     loops: usize,
-    cords: usize,
+    tendons: usize,
     springs: usize,
     gap_sizes: Vec<f64>,
-    /// Stiffnesses of cords and springs, infinite for inextensible cords; one for springs, by their amplitudes.
+    /// Stiffnesses of tendons and springs, infinite for inextensible tendons; one for springs, by their amplitudes.
     pub(super) stiffness: Vec<f64>,
     /// Stiffness of rods and joints.
     pub(super) material: Matrix,
@@ -44,7 +44,7 @@ pub(super) struct Problem<'a> {
 /// A shape with its forces and constraints to first order. Rows and forces are along steps, `raw` ones along coordinates.
 pub(super) struct Shape {
     pub(super) q: Vec<f64>,
-    /// Forces without loops and cords; of springs only those without amplitudes.
+    /// Forces without loops and tendons; of springs only those without amplitudes.
     pub(super) raw_force: Vec<f64>,
     pub(super) force: Vec<f64>,
     /// The same without any springs.
@@ -56,7 +56,7 @@ pub(super) struct Shape {
     pub(super) widest: f64,
     raw_gap_rows: Matrix,
     pub(super) gap_rows: Matrix,
-    /// Excesses of lengths of cords, which act above zero; behind them the amplitudes of springs, which act always.
+    /// Excesses of lengths of tendons, which act above zero; behind them the amplitudes of springs, which act always.
     pub(super) excess: Vec<f64>,
     raw_rows: Matrix,
     pub(super) rows: Matrix,
@@ -73,27 +73,27 @@ impl<'a> Problem<'a> {
     pub(super) fn new(model: &'a mut dyn Static, monitor: Monitor<'a>) -> Self {
         let n = model.facts().n;
         let rest = vec![0.0; n];
-        let (cords, springs) = (model.facts().cords, model.facts().springs);
+        let (tendons, springs) = (model.facts().length_tendons, model.facts().springs);
         let material = normalised::material(model, &rest, &vec![1.0; n]);
-        let mut of_cords = Cords::new(cords, n);
-        if cords > 0 {
-            model.linearise_cords(&rest, &mut of_cords);
+        let mut of_tendons = LengthTendons::new(tendons, n);
+        if tendons > 0 {
+            model.linearise_length_tendons(&rest, &mut of_tendons);
         }
-        let stiffness: Vec<f64> = of_cords.stiffness.into_iter().chain(vec![1.0; springs]).collect();
+        let stiffness: Vec<f64> = of_tendons.stiffness.into_iter().chain(vec![1.0; springs]).collect();
         let inextensible = stiffness.iter().filter(|stiffness| stiffness.is_infinite()).count();
         let facts = model.facts();
-        let (turns, gap_sizes, own) =
+        let (turns, gap_sizes, parts) =
             (facts.rotation_vectors.clone(), facts.gap_sizes.clone(), facts.parts.clone());
         Self {
             turns,
             rest,
             loops: gap_sizes.len() - inextensible,
-            cords,
+            tendons,
             springs,
             gap_sizes,
             stiffness,
             material,
-            parts: if own.iter().sum::<usize>() == n { own } else { vec![n] },
+            parts: if parts.iter().sum::<usize>() == n { parts } else { vec![n] },
             model,
             monitor,
             counters: Counters::default(),
@@ -110,8 +110,8 @@ impl<'a> Problem<'a> {
         self.stiffness[row].is_infinite()
     }
 
-    pub(super) fn is_cord(&self, row: usize) -> bool {
-        row < self.cords
+    pub(super) fn is_one_sided(&self, row: usize) -> bool {
+        row < self.tendons
     }
 
     pub(super) fn has_rigid(&self) -> bool {
@@ -126,12 +126,12 @@ impl<'a> Problem<'a> {
         let contact_force = self.contact_force(&q, &raw_free_force)?;
         let (mut springs, mut left, mut raw_force) = (None, Vec::new(), raw_free_force.clone());
         if self.springs > 0 {
-            let mut own = Springs::new(self.springs, n);
-            self.model.linearise_springs(&q, &mut own);
-            [_, left] = own.mismatch(&vec![0.0; self.springs]);
+            let mut found = Springs::new(self.springs, n);
+            self.model.linearise_springs(&q, &mut found);
+            [_, left] = found.mismatch(&vec![0.0; self.springs]);
             let back: Vec<f64> = left.iter().map(|left| -left).collect();
-            add_transposed(&own.jacobian, &back, &mut raw_force);
-            springs = Some(own);
+            add_transposed(&found.jacobian, &back, &mut raw_force);
+            springs = Some(found);
         }
         let (mut force, mut free_force) = (raw_force.clone(), raw_free_force);
         for force in [&mut force, &mut free_force] {
@@ -150,16 +150,16 @@ impl<'a> Problem<'a> {
         let widest =
             gaps.iter().zip(&self.gap_sizes).map(|(gap, size)| (gap / size).abs()).fold(0.0, f64::max);
         let raw_gap_rows = gap_rows.rows(0, self.loops).into_owned();
-        let m = self.cords + self.springs;
+        let m = self.tendons + self.springs;
         let (mut excess, mut spans) = (vec![0.0; m], vec![0.0; m]);
         let [mut raw_rows, mut reach] = [Matrix::zeros(m, n), Matrix::zeros(m, n)];
-        if self.cords > 0 {
-            let mut cords = Cords::new(self.cords, n);
-            self.model.linearise_cords(&q, &mut cords);
-            excess[..self.cords].copy_from_slice(&cords.excesses);
-            spans[..self.cords].copy_from_slice(&cords.spans);
-            raw_rows.rows_mut(0, self.cords).copy_from(&cords.jacobian);
-            reach.rows_mut(0, self.cords).copy_from(&cords.reach);
+        if self.tendons > 0 {
+            let mut tendons = LengthTendons::new(self.tendons, n);
+            self.model.linearise_length_tendons(&q, &mut tendons);
+            excess[..self.tendons].copy_from_slice(&tendons.excesses);
+            spans[..self.tendons].copy_from_slice(&tendons.spans);
+            raw_rows.rows_mut(0, self.tendons).copy_from(&tendons.jacobian);
+            reach.rows_mut(0, self.tendons).copy_from(&tendons.reach);
         }
         if let Some(springs) = &springs {
             // Amplitudes a with the energy a^2 / 2 and the forces -G a.
@@ -167,11 +167,11 @@ impl<'a> Problem<'a> {
             let rows = springs.root.tr_mul(&springs.jacobian);
             let size = self.model.facts().length;
             for i in 0..self.springs {
-                excess[self.cords + i] = -amplitudes[i];
-                spans[self.cords + i] = springs.root.column(i).norm() * size;
+                excess[self.tendons + i] = -amplitudes[i];
+                spans[self.tendons + i] = springs.root.column(i).norm() * size;
             }
-            raw_rows.rows_mut(self.cords, self.springs).copy_from(&rows);
-            reach.rows_mut(self.cords, self.springs).copy_from(&rows.abs());
+            raw_rows.rows_mut(self.tendons, self.springs).copy_from(&rows);
+            reach.rows_mut(self.tendons, self.springs).copy_from(&rows.abs());
         }
         let (mut gap_rows, mut rows) = (raw_gap_rows.clone(), raw_rows.clone());
         for rows in [&mut gap_rows, &mut rows] {
@@ -210,34 +210,34 @@ impl<'a> Problem<'a> {
         Ok(contact_force)
     }
 
-    /// Forces along coordinates without loops, cords and springs.
+    /// Forces along coordinates without loops, tendons and springs.
     fn forces(&mut self, q: &[f64]) -> Result<Vec<f64>, Interrupted> {
         (self.monitor)()?;
         self.counters.forces += 1;
         let mut force = vec![0.0; self.n()];
-        let none = vec![0.0; self.cords.max(self.springs)];
-        self.hold(Some((&none[..self.cords], &none[..self.springs])));
+        let none = vec![0.0; self.tendons.max(self.springs)];
+        self.hold(Some((&none[..self.tendons], &none[..self.springs])));
         self.model.inverse_dynamics(q, &self.rest, &self.rest, &mut force);
         self.hold(None);
         Ok(force)
     }
 
     fn hold(&mut self, tensions: Option<(&[f64], &[f64])>) {
-        if self.cords > 0 {
-            self.model.hold_cords(tensions.map(|(cords, _)| cords));
+        if self.tendons > 0 {
+            self.model.hold_length_tendons(tensions.map(|(tendons, _)| tendons));
         }
         if self.springs > 0 {
             self.model.hold_springs(tensions.map(|(_, springs)| springs));
         }
     }
 
-    /// Energy of cords and springs.
+    /// Energy of tendons and springs.
     pub(super) fn spring_energy(&self, shape: &Shape) -> f64 {
         let of_row = |row: usize| {
             let x = shape.excess[row].max(0.0);
             if self.is_rigid(row) { 0.0 } else { 0.5 * self.stiffness[row] * x * x }
         };
-        (0..self.cords).map(of_row).sum::<f64>()
+        (0..self.tendons).map(of_row).sum::<f64>()
             + shape.springs.as_ref().map_or(0.0, |springs| springs.energy)
     }
 
@@ -245,7 +245,7 @@ impl<'a> Problem<'a> {
     pub(super) fn excess_beside(&self, shape: &Shape, other: &Shape) -> Vec<f64> {
         let mut excess = shape.excess.clone();
         if let (Some(springs), Some(axes)) = (&shape.springs, &other.springs) {
-            for (i, excess) in excess[self.cords..].iter_mut().enumerate() {
+            for (i, excess) in excess[self.tendons..].iter_mut().enumerate() {
                 *excess =
                     -(0..self.springs).map(|k| axes.inverse_root[(i, k)] * springs.forces[k]).sum::<f64>();
             }
@@ -253,9 +253,9 @@ impl<'a> Problem<'a> {
         excess
     }
 
-    /// Tensions of cords and springs from their lengths; zero for inextensible cords.
+    /// Tensions of tendons and springs from their lengths; zero for inextensible tendons.
     pub(super) fn tensions(&self, excess: &[f64]) -> Vec<f64> {
-        let of_row = |row: usize| match (self.is_rigid(row), self.is_cord(row)) {
+        let of_row = |row: usize| match (self.is_rigid(row), self.is_one_sided(row)) {
             (true, _) => 0.0,
             (false, true) => self.stiffness[row] * excess[row].max(0.0),
             (false, false) => self.stiffness[row] * excess[row],
@@ -270,7 +270,7 @@ impl<'a> Problem<'a> {
         if size.is_finite() { size } else { 0.0 }
     }
 
-    /// Work of the forces from one shape to another one (Simpson's rule), and the decrease of the energy of cords and springs.
+    /// Work of the forces from one shape to another one (Simpson's rule), and the decrease of the energy of tendons and springs.
     pub(super) fn work(&mut self, from: &Shape, to: &Shape) -> Result<f64, Interrupted> {
         let step = chart::step_between(&self.turns, &from.q, &to.q);
         let half: Vec<f64> = step.iter().map(|x| 0.5 * x).collect();
@@ -291,7 +291,7 @@ impl<'a> Problem<'a> {
         gradient
     }
 
-    /// Second derivative of the Lagrangian along steps, without the material stiffness of elastic cords and springs; `None` if the
+    /// Second derivative of the Lagrangian along steps, without the material stiffness of elastic tendons and springs; `None` if the
     /// forces have no potential or are not finite.
     pub(super) fn hessian(
         &mut self,
@@ -308,12 +308,12 @@ impl<'a> Problem<'a> {
         let mut all = vec![0.0; self.model.facts().constraints()];
         all[..self.loops].copy_from_slice(multipliers);
         let of_springs: Vec<f64> = shape.springs.as_ref().map_or_else(Vec::new, |springs| {
-            let (amplitudes, m) = (&tensions[self.cords..], self.springs);
+            let (amplitudes, m) = (&tensions[self.tendons..], self.springs);
             (0..m)
                 .map(|i| shape.left[i] - (0..m).map(|k| springs.root[(i, k)] * amplitudes[k]).sum::<f64>())
                 .collect()
         });
-        self.hold(Some((&tensions[..self.cords], &of_springs)));
+        self.hold(Some((&tensions[..self.tendons], &of_springs)));
         self.model.set_multipliers(&all);
         self.model.weighted_tangent(&shape.q, &self.rest, &self.rest, [1.0, 0.0, 0.0], &mut tangent);
         all.fill(0.0);
@@ -325,7 +325,7 @@ impl<'a> Problem<'a> {
         if !tangent.iter().all(|x| x.is_finite()) {
             return None;
         }
-        // Held moments of springs have no potential; moments that turn with the shape have one.
+        // Fixed moments of springs have no potential; moments that turn with the shape have one.
         let has_potential = self.is_conservative
             || self.has_potential(&tangent, sizes, work)
             || (shape.springs.is_some() && {
@@ -362,7 +362,7 @@ impl<'a> Problem<'a> {
     fn has_potential(&self, tangent: &Matrix, sizes: &[f64], work: &[f64]) -> bool {
         let n = tangent.nrows();
         let of_sizes = |j: usize, k: usize| tangent[(j, k)] * sizes[j] * sizes[k];
-        let own: Vec<f64> = (0..n)
+        let stiffness: Vec<f64> = (0..n)
             .map(|k| match self.material[(k, k)] * sizes[k] * sizes[k] {
                 stiffness if stiffness > 0.0 => stiffness,
                 _ => of_sizes(k, k).abs(),
@@ -372,8 +372,8 @@ impl<'a> Problem<'a> {
         let forces = work.iter().zip(sizes).map(|(work, size)| work * size).fold(0.0, f64::max);
         let largest = all.clone().map(|(j, k)| of_sizes(j, k).abs()).fold(forces, f64::max);
         all.filter(|(j, k)| j < k).all(|(j, k)| {
-            let size = (own[j] * own[k]).sqrt().max(ROUNDING * largest);
-            (of_sizes(j, k) - of_sizes(k, j)).abs() <= SYMMETRIC * size
+            let size = (stiffness[j] * stiffness[k]).sqrt().max(ROUNDING_STIFFNESS * largest);
+            (of_sizes(j, k) - of_sizes(k, j)).abs() <= LARGEST_ASYMMETRY * size
         })
     }
 }

@@ -1,7 +1,7 @@
-//! The quadratic problem of a step: least energy of a linearised model with closed loops as equalities, inextensible cords as
+//! The quadratic problem of a step: least energy of a linearised model with closed loops as equalities, inextensible tendons as
 //! inequalities, and springs of any stiffness.
 
-use super::end::Reduced;
+use super::balance::IndependentRows;
 use super::problem::{add_transposed, times};
 use crate::numerics::linalg::{
     Cholesky, Matrix, bounded_least_squares, dot, full_svd, norm, symmetric_eigen, symmetric_part,
@@ -13,17 +13,17 @@ const SMALLEST_PIVOT: f64 = 1e-14;
 /// Springs stretch nothing along directions whose singular value is below this part of the largest one.
 const UNSTRETCHED: f64 = 1e-13;
 
-/// A cord that would have to push becomes slack if its force exceeds this part of the forces.
-const PUSHES: f64 = 1e-7;
+/// A tendon that would have to push becomes slack if its force exceeds this part of the forces.
+const PUSHING_FORCE: f64 = 1e-7;
 
-/// Forces below this part of the gradient are balanced to rounding without inextensible cords.
-const BALANCED: f64 = 1e-12;
+/// Forces below this part of the gradient are balanced to rounding without inextensible tendons.
+const BALANCED_TO_ROUNDING: f64 = 1e-12;
 
 /// Elongations below this part of the sum of their terms are rounding.
 const ROUNDING: f64 = 1e-13;
 
 /// Number of changes of the active set after which only one row changes at a time.
-const TOGETHER: usize = 12;
+const SIMULTANEOUS_CHANGES: usize = 12;
 
 /// Factors of a symmetric matrix scaled to ones on its diagonal.
 struct Factors {
@@ -56,7 +56,7 @@ impl Factors {
 /// `min g'p + p'K p / 2 + sum (e + A p)^2 / 2` with `V p = -a`. Directions that springs stretch and those that they do not stretch are
 /// separate unknowns, so that stiff springs cause no rounding in the latter. Rows of A are scaled to stiffness one.
 pub(super) struct Saddle {
-    held: Reduced,
+    constraints: IndependentRows,
     hessian: Matrix,
     /// Stretched and free directions.
     stretched: Matrix,
@@ -71,9 +71,9 @@ pub(super) struct Saddle {
 
 impl Saddle {
     /// `None` unless the problem is convex.
-    fn new(hessian: &Matrix, held: Reduced, rows: Matrix) -> Option<Self> {
+    fn new(hessian: &Matrix, constraints: IndependentRows, rows: Matrix) -> Option<Self> {
         let n = hessian.nrows();
-        let kept = if held.rows.nrows() == 0 { None } else { Some(complement(&held.rows)?) };
+        let kept = if constraints.rows.nrows() == 0 { None } else { Some(complement(&constraints.rows)?) };
         let (stretched, free) = if rows.nrows() == 0 {
             (Matrix::zeros(n, 0), kept)
         } else {
@@ -105,7 +105,7 @@ impl Saddle {
             + of_stretched.tr_mul(&of_stretched);
         let outer = Factors::new(&outer)?;
         Some(Self {
-            held,
+            constraints,
             hessian: hessian.clone(),
             stretched,
             free,
@@ -122,7 +122,7 @@ impl Saddle {
         let n = gradient.len();
         let mut x = vec![0.0; n];
         let closing: Vec<f64> = gaps.iter().map(|gap| -gap).collect();
-        add_transposed(&self.held.rows, &closing, &mut x);
+        add_transposed(&self.constraints.rows, &closing, &mut x);
         let mut force = gradient.to_vec();
         if !gaps.is_empty() {
             times(&self.hessian, &x).into_iter().zip(&mut force).for_each(|(more, force)| *force += more);
@@ -182,30 +182,33 @@ impl Saddle {
     }
 }
 
-/// Eigenvalues and eigenvectors of the second derivative, including active cords and springs, for motions that satisfy loops and active
-/// inextensible cords. Empty if a number is not finite.
+/// Eigenvalues and eigenvectors of the second derivative, including active tendons and springs, for motions that satisfy loops and active
+/// inextensible tendons. Empty if a number is not finite.
 pub(super) fn softest(
     hessian: &Matrix,
-    of_loops: &Reduced,
+    of_loops: &IndependentRows,
     rows: &Matrix,
     stiffness: &[f64],
     active: &[bool],
 ) -> Vec<(f64, Vec<f64>)> {
     let (n, loops) = (hessian.nrows(), of_loops.rows.nrows());
     let of_kind = |is_rigid: bool| {
-        let own = (0..active.len()).filter(|&row| active[row] && stiffness[row].is_infinite() == is_rigid);
-        own.collect::<Vec<_>>()
+        let chosen = (0..active.len()).filter(|&row| active[row] && stiffness[row].is_infinite() == is_rigid);
+        chosen.collect::<Vec<_>>()
     };
     let (rigid, elastic) = (of_kind(true), of_kind(false));
     let stretched =
         Matrix::from_fn(elastic.len(), n, |i, j| stiffness[elastic[i]].sqrt() * rows[(elastic[i], j)]);
     let whole = hessian + stretched.tr_mul(&stretched);
-    let held = Matrix::from_fn(loops + rigid.len(), n, |i, j| match i.checked_sub(loops) {
+    let constraints = Matrix::from_fn(loops + rigid.len(), n, |i, j| match i.checked_sub(loops) {
         None => of_loops.rows[(i, j)],
         Some(i) => rows[(rigid[i], j)],
     });
-    let free =
-        if held.nrows() == 0 { Some(Matrix::identity(n, n)) } else { complement(&Reduced::new(&held).rows) };
+    let free = if constraints.nrows() == 0 {
+        Some(Matrix::identity(n, n))
+    } else {
+        complement(&IndependentRows::new(&constraints).rows)
+    };
     let found = free.and_then(|free| {
         let (values, vectors) = symmetric_eigen(&symmetric_part(&free.tr_mul(&(whole * &free))))?;
         let vectors = free * vectors;
@@ -226,16 +229,16 @@ fn transposed_times(a: &Matrix, x: &[f64]) -> Vec<f64> {
     a.column_iter().map(|column| dot(column.as_slice(), x)).collect()
 }
 
-/// Data of a quadratic problem without its second derivative: the gradient, independent rows of closed loops, and rows of cords and
+/// Data of a quadratic problem without its second derivative: the gradient, independent rows of closed loops, and rows of tendons and
 /// springs with their excesses and stiffnesses.
 pub(super) struct Linearised<'a> {
     pub(super) gradient: &'a [f64],
-    pub(super) held: &'a Reduced,
+    pub(super) constraints: &'a IndependentRows,
     pub(super) rows: &'a Matrix,
     pub(super) excess: &'a [f64],
     pub(super) stiffness: &'a [f64],
     /// Rows that act on one side only; the others always act.
-    pub(super) is_cord: &'a [bool],
+    pub(super) is_one_sided: &'a [bool],
 }
 
 /// A solution.
@@ -252,7 +255,7 @@ pub(super) struct Solution {
 
 impl Linearised<'_> {
     /// Elongations of elastic rows in units in which their stiffness is one.
-    pub(super) fn in_own_units(&self, elastic: &[usize], excess: impl Fn(usize) -> f64) -> Vec<f64> {
+    pub(super) fn in_units_of_stiffness(&self, elastic: &[usize], excess: impl Fn(usize) -> f64) -> Vec<f64> {
         elastic.iter().map(|&row| self.stiffness[row].sqrt() * excess(row)).collect()
     }
 
@@ -273,9 +276,10 @@ impl Linearised<'_> {
     /// `None` if the problem is not convex, or no set is consistent.
     pub(super) fn solve(&self, hessian: &Matrix, taut: &[bool]) -> Option<Solution> {
         let m = self.excess.len();
-        let mut taut: Vec<bool> = taut.iter().zip(self.is_cord).map(|(taut, cord)| *taut || !cord).collect();
+        let mut taut: Vec<bool> =
+            taut.iter().zip(self.is_one_sided).map(|(taut, tendon)| *taut || !tendon).collect();
         let mut seen: Vec<Vec<bool>> = Vec::new();
-        for attempt in 0..4 * (TOGETHER + m) {
+        for attempt in 0..4 * (SIMULTANEOUS_CHANGES + m) {
             let solution = self.with_active(hessian, &taut)?;
             let wrong = self.wrong(&solution, hessian);
             if !wrong.iter().any(|wrong| *wrong) {
@@ -283,7 +287,7 @@ impl Linearised<'_> {
             }
             let mut next: Vec<bool> = taut.iter().zip(&wrong).map(|(taut, wrong)| taut != wrong).collect();
             seen.push(taut.clone());
-            if seen.contains(&next) || attempt > TOGETHER {
+            if seen.contains(&next) || attempt > SIMULTANEOUS_CHANGES {
                 let last = wrong.iter().rposition(|wrong| *wrong).unwrap_or(0);
                 next = taut;
                 next[last] = !next[last];
@@ -300,26 +304,26 @@ impl Linearised<'_> {
                 .collect()
         };
         let (rigid, elastic) = (active(true), active(false));
-        let loops = self.held.rows.nrows();
-        let (held, transform) = if rigid.is_empty() {
-            (self.held.clone(), Matrix::identity(loops, loops))
+        let loops = self.constraints.rows.nrows();
+        let (constraints, transform) = if rigid.is_empty() {
+            (self.constraints.clone(), Matrix::identity(loops, loops))
         } else {
             let n = self.gradient.len();
             let all = Matrix::from_fn(loops + rigid.len(), n, |i, j| match i.checked_sub(loops) {
-                None => self.held.rows[(i, j)],
+                None => self.constraints.rows[(i, j)],
                 Some(i) => self.rows[(rigid[i], j)],
             });
-            let all = Reduced::new(&all);
+            let all = IndependentRows::new(&all);
             let transform = all.transform.clone();
             (all, transform)
         };
         let rows = Matrix::from_fn(elastic.len(), self.gradient.len(), |i, j| {
             self.stiffness[elastic[i]].sqrt() * self.rows[(elastic[i], j)]
         });
-        let saddle = Saddle::new(hessian, held, rows)?;
+        let saddle = Saddle::new(hessian, constraints, rows)?;
         let gaps: Vec<f64> =
             vec![0.0; loops].into_iter().chain(rigid.iter().map(|&row| self.excess[row])).collect();
-        let elongations = self.in_own_units(&elastic, |row| self.excess[row]);
+        let elongations = self.in_units_of_stiffness(&elastic, |row| self.excess[row]);
         let x = saddle.solve(self.gradient, &times(&transform, &gaps), &elongations);
         x.iter().all(|x| x.is_finite()).then_some(Solution {
             x,
@@ -336,7 +340,7 @@ impl Linearised<'_> {
         let Solution { x, taut, rigid, .. } = solution;
         let m = self.excess.len();
         let mut wrong = vec![false; m];
-        if !self.is_cord.iter().any(|cord| *cord) {
+        if !self.is_one_sided.iter().any(|tendon| *tendon) {
             return wrong;
         }
         let moved = times(self.rows, x);
@@ -348,7 +352,7 @@ impl Linearised<'_> {
             if !taut[row] {
                 wrong[row] = length > ROUNDING * size;
             } else if self.stiffness[row].is_finite() {
-                wrong[row] = self.is_cord[row] && length < 0.0;
+                wrong[row] = self.is_one_sided[row] && length < 0.0;
                 elastic_force[row] = self.stiffness[row] * length;
             }
         }
@@ -356,20 +360,20 @@ impl Linearised<'_> {
             let mut force: Vec<f64> =
                 self.gradient.iter().zip(times(hessian, x)).map(|(g, more)| g + more).collect();
             add_transposed(self.rows, &elastic_force, &mut force);
-            let force = self.held.free(&force);
+            let force = self.constraints.free(&force);
             let size = norm(&force);
-            if size > BALANCED * norm(self.gradient) {
+            if size > BALANCED_TO_ROUNDING * norm(self.gradient) {
                 let mut columns = Matrix::zeros(x.len(), rigid.len());
                 for (k, &row) in rigid.iter().enumerate() {
-                    let own: Vec<f64> = self.rows.row(row).iter().copied().collect();
-                    columns.column_mut(k).copy_from_slice(&self.held.free(&own));
+                    let column: Vec<f64> = self.rows.row(row).iter().copied().collect();
+                    columns.column_mut(k).copy_from_slice(&self.constraints.free(&column));
                 }
                 let wanted: Vec<f64> = force.iter().map(|x| -x / size).collect();
                 let bounds = [vec![0.0; rigid.len()], vec![f64::INFINITY; rigid.len()]];
                 let tensions = bounded_least_squares(&columns, &wanted, &bounds[0], &bounds[1]);
-                let held = times(&columns, &tensions);
-                let left: Vec<f64> = held.iter().zip(&wanted).map(|(held, wanted)| held - wanted).collect();
-                if norm(&left) > PUSHES {
+                let pulls = times(&columns, &tensions);
+                let left: Vec<f64> = pulls.iter().zip(&wanted).map(|(pull, wanted)| pull - wanted).collect();
+                if norm(&left) > PUSHING_FORCE {
                     for (&row, tension) in rigid.iter().zip(tensions) {
                         wrong[row] |= tension == 0.0;
                     }

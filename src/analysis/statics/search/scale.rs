@@ -7,17 +7,18 @@ use crate::numerics::linalg::Matrix;
 /// Stiffness below this part of the largest one counts as zero.
 const SOFTEST: f64 = 1e-14;
 
-/// Magnitudes of generalised forces below this fraction of the largest one of the same part, or of the constraint wrench of their joint,
-/// are rounding: no force does work along such a coordinate.
-pub(super) const NOTHING: f64 = 1e-5;
+/// Magnitude of generalised forces, relative to the largest one of the same part or to the constraint wrench of their joint, below which
+/// they are rounding: no force does work along such a coordinate.
+pub(super) const NEGLIGIBLE_FORCE: f64 = 1e-5;
 
-/// Sizes of coordinates in a shape, and normalised coordinates x, `dq = w x`, in which soft coordinates move more than stiff ones.
+/// Typical sizes of coordinates in a shape, and normalised coordinates x, `dq = w x`, in which all stiffnesses are comparable.
 pub(super) struct Scale {
     pub(super) sizes: Vec<f64>,
     pub(super) w: Vec<f64>,
-    /// Which coordinates turn something.
+    /// Whether a coordinate rotates a part, rather than only translating it.
     pub(super) turns: Vec<bool>,
-    /// Magnitudes of the generalised forces of weight and loads in any direction, and a fraction of the constraint wrenches of joints.
+    /// Magnitudes of the generalised forces of weight and loads, for any direction of these, at least [`NEGLIGIBLE_FORCE`] of the constraint
+    /// wrenches of joints.
     pub(super) loads: Vec<f64>,
 }
 
@@ -42,12 +43,12 @@ impl Scale {
         let loads = loads
             .row_iter()
             .zip(constraint_loads)
-            .map(|(row, load)| row.norm().max(NOTHING * load))
+            .map(|(row, load)| row.norm().max(NEGLIGIBLE_FORCE * load))
             .collect();
         Self { sizes, w, turns, loads }
     }
 
-    /// The diagonal metric in which normalised coordinates are steps in sizes. Turns are never longer than a radian, however large the
+    /// Diagonal metric that measures steps in sizes of coordinates. Rotations are limited to a radian, however large the
     /// radius is.
     pub(super) fn metric(&self, radius: f64) -> Vec<f64> {
         let more = radius.max(1.0).powi(2);
@@ -56,23 +57,23 @@ impl Scale {
             .collect()
     }
 
-    /// Derivatives along normalised coordinates.
+    /// Converts derivatives to normalised coordinates.
     pub(super) fn rows(&self, rows: &Matrix) -> Matrix {
         scaled(rows, &self.w)
     }
 
-    /// Step along coordinates.
+    /// Converts a normalised step to coordinates.
     pub(super) fn coordinates(&self, x: &[f64]) -> Vec<f64> {
         x.iter().zip(&self.w).map(|(x, w)| x * w).collect()
     }
 
-    /// Length of the shifts alone, in sizes.
+    /// Length of a step in translating coordinates only, in sizes.
     pub(super) fn shift(&self, x: &[f64]) -> f64 {
         let of = |k: usize| if self.turns[k] { 0.0 } else { (x[k] * self.w[k] / self.sizes[k]).powi(2) };
         (0..x.len()).map(of).sum::<f64>().sqrt()
     }
 
-    /// Curvature along normalised coordinates that corresponds to a relative error of the balance of forces.
+    /// Diagonal regularisation of the second derivative that corresponds to a relative error of the balance of forces.
     pub(super) fn regularisation(&self, error: f64, work: &[f64]) -> Vec<f64> {
         (0..self.w.len()).map(|k| error * work[k] * self.w[k] * self.w[k] / self.sizes[k]).collect()
     }

@@ -1,7 +1,7 @@
 //! A step within a radius: the smallest shift of the second derivative that makes the problem convex and the step short enough, and the
-//! retraction onto loops and taut cords.
+//! retraction onto loops and taut tendons.
 
-use super::end::Reduced;
+use super::balance::IndependentRows;
 use super::problem::{Problem, Shape, times};
 use super::quadratic::{Linearised, Solution};
 use super::scale::Scale;
@@ -11,13 +11,13 @@ use crate::model::constraint::closing;
 use crate::numerics::linalg::{Matrix, dot, norm};
 
 /// Newton steps up to this size, in sizes of coordinates, are taken without regularisation.
-const NEWTON: f64 = 0.1;
+const PLAIN_NEWTON_STEP: f64 = 0.1;
 
 /// Steps between these multiples of the radius count as of its length (More and Sorensen 1983, section 4).
 const AT_RADIUS: [f64; 2] = [0.75, 1.1];
 
 /// Maximum number of shifts until a step has the length of the radius, after the first short enough step.
-const SHIFTS: usize = 12;
+const MAX_SHIFTS: usize = 12;
 
 /// First shift, relative to that at which the steepest step has size one.
 pub(super) const FIRST_SHIFT: f64 = 1e-3;
@@ -25,11 +25,11 @@ pub(super) const FIRST_SHIFT: f64 = 1e-3;
 /// Smallest first shift, relative to the largest stiffness, well above its rounding.
 const SMALLEST_SHIFT: f64 = 1e-12;
 
-/// Shifts whose ratio is smaller count as equal; successive ones differ by at least [`APART`] and by at most the inverse of
-/// [`LARGEST_CUT`].
+/// Shifts whose ratio is smaller count as equal; successive ones differ by at least [`SMALLEST_SHIFT_CHANGE`] and by at most the inverse of
+/// [`LARGEST_SHIFT_CUT`].
 const SAME_SHIFT: f64 = 1.02;
-const APART: f64 = 1e-3;
-const LARGEST_CUT: f64 = 1e-3;
+const SMALLEST_SHIFT_CHANGE: f64 = 1e-3;
+const LARGEST_SHIFT_CUT: f64 = 1e-3;
 
 /// Factor of the shift while no shift is known to be sufficient.
 const MORE_SHIFT: f64 = 10.0;
@@ -41,14 +41,14 @@ const NO_DAMPING: f64 = 1e-3;
 const LARGEST_SHIFT: f64 = 1e60;
 
 /// Maximum number of corrections that project a step onto constraints.
-const CORRECTIONS: usize = 15;
+const MAX_CORRECTIONS: usize = 15;
 
 /// Gaps and elongations, in sizes, up to which constraints are satisfied, and those that rounding may leave.
-const HELD: f64 = 1e-13;
-const NEARLY_HELD: f64 = 1e-9;
+const SATISFIED_GAP: f64 = 1e-13;
+const ROUNDING_GAP: f64 = 1e-9;
 
-/// Largest excess of inextensible cords, in sizes, at which a step needs no further closing: rounding.
-const EXCEEDED: f64 = 1e-12;
+/// Largest excess of inextensible tendons, in sizes, at which a step needs no further closing: rounding.
+const ROUNDING_EXCESS: f64 = 1e-12;
 
 /// Length of normalised coordinates in a metric.
 pub(super) fn length(x: &[f64], metric: &[f64]) -> f64 {
@@ -72,7 +72,9 @@ pub(super) fn within(
 ) -> Option<Solution> {
     let metric = scale.metric(radius);
     let attempt = |hessian: &Matrix| linearised.attempt(hessian, taut);
-    if let Some(plain) = attempt(hessian).filter(|plain| length(&plain.x, &metric) <= radius.min(NEWTON)) {
+    if let Some(plain) =
+        attempt(hessian).filter(|plain| length(&plain.x, &metric) <= radius.min(PLAIN_NEWTON_STEP))
+    {
         return Some(plain);
     }
     let more = radius.max(1.0).powi(-2);
@@ -92,7 +94,7 @@ pub(super) fn within(
     let (mut shift, mut low, mut high) = (first, 0.0_f64, f64::INFINITY);
     let mut best: Option<(Solution, f64)> = None;
     let mut tries = 0;
-    while tries < SHIFTS || best.is_none() {
+    while tries < MAX_SHIFTS || best.is_none() {
         let shifted = with_diagonal(&regular, &metric, shift);
         let mut next = f64::NAN;
         match attempt(&shifted) {
@@ -122,10 +124,11 @@ pub(super) fn within(
         if best.is_some() {
             tries += 1;
         }
-        let inside = next > (1.0 + APART) * low && next < (1.0 - APART) * high;
+        let inside =
+            next > (1.0 + SMALLEST_SHIFT_CHANGE) * low && next < (1.0 - SMALLEST_SHIFT_CHANGE) * high;
         shift = match (inside, high.is_finite()) {
             (true, _) => next,
-            (false, true) => (low.max(LARGEST_CUT * high) * high).sqrt(),
+            (false, true) => (low.max(LARGEST_SHIFT_CUT * high) * high).sqrt(),
             (false, false) => MORE_SHIFT * shift,
         };
     }
@@ -171,7 +174,8 @@ pub(super) fn damped(
     if *damping < NO_DAMPING * first {
         *damping = 0.0;
         let plain = linearised.attempt(hessian, taut);
-        if let Some(plain) = plain.filter(|plain| length(&plain.x, &metric) <= radius.min(NEWTON)) {
+        if let Some(plain) = plain.filter(|plain| length(&plain.x, &metric) <= radius.min(PLAIN_NEWTON_STEP))
+        {
             return Some(plain);
         }
     }
@@ -215,7 +219,7 @@ fn along_least_curvature(
     }
 }
 
-/// Moves a shape by a step and corrects, with the factors of the step, the deviations of loops, taut cords and stiff springs from their
+/// Moves a shape by a step and corrects, with the factors of the step, the deviations of loops, taut tendons and stiff springs from their
 /// linearisation (second-order correction: Fletcher 1982). `None` if that does not succeed nearby.
 pub(super) fn retracted(
     problem: &mut Problem<'_>,
@@ -223,7 +227,7 @@ pub(super) fn retracted(
     scale: &Scale,
     linearised: &Linearised<'_>,
     solution: &Solution,
-    of_loops: &Reduced,
+    of_loops: &IndependentRows,
     size: f64,
 ) -> Result<Option<Shape>, Interrupted> {
     let Solution { x, saddle, rigid, elastic, transform, .. } = solution;
@@ -245,7 +249,7 @@ pub(super) fn retracted(
     let largest =
         |values: &[f64]| values.iter().fold(0.0, |most: f64, x| if x.abs() <= most { most } else { x.abs() });
     let mut miss = f64::INFINITY;
-    for _ in 0..CORRECTIONS {
+    for _ in 0..MAX_CORRECTIONS {
         let excess = problem.excess_beside(&shape, from);
         let all: Vec<f64> = times(&of_loops.transform, &shape.gaps)
             .into_iter()
@@ -259,8 +263,9 @@ pub(super) fn retracted(
         if miss.is_nan() || miss > 2.0 * before + size {
             return Ok(None);
         }
-        let is_done = miss.max(stray) < HELD * size.max(1.0);
-        let is_rounding = miss < NEARLY_HELD && miss > 0.5 * before - HELD && stray > 0.5 * stray_before;
+        let is_done = miss.max(stray) < SATISFIED_GAP * size.max(1.0);
+        let is_rounding =
+            miss < ROUNDING_GAP && miss > 0.5 * before - SATISFIED_GAP && stray > 0.5 * stray_before;
         if is_done || is_rounding {
             break;
         }
@@ -274,8 +279,8 @@ pub(super) fn retracted(
         .filter(|&row| problem.is_rigid(row))
         .map(|row| shape.excess[row] / lengths[row])
         .fold(0.0, f64::max);
-    let is_closed = miss < NEARLY_HELD && shape.widest < from.widest + NEARLY_HELD * size.max(1.0);
-    if is_closed && exceeded <= EXCEEDED * size.max(1.0) {
+    let is_closed = miss < ROUNDING_GAP && shape.widest < from.widest + ROUNDING_GAP * size.max(1.0);
+    if is_closed && exceeded <= ROUNDING_EXCESS * size.max(1.0) {
         return Ok(Some(shape));
     }
     // Otherwise closes the shape from there, if that ends nearby.
@@ -283,6 +288,6 @@ pub(super) fn retracted(
     let gap = closing::close(&mut *problem.model, &mut q);
     let apart = chart::step_between(&problem.turns, &shape.q, &q);
     let apart: Vec<f64> = apart.iter().zip(&scale.sizes).map(|(x, size)| x / size).collect();
-    let is_near = norm(&apart) < 2.0 * size + NEARLY_HELD && gap < NEARLY_HELD;
+    let is_near = norm(&apart) < 2.0 * size + ROUNDING_GAP && gap < ROUNDING_GAP;
     if is_near { Ok(Some(problem.shape(q)?)) } else { Ok(None) }
 }

@@ -58,7 +58,7 @@ pub struct Input<const N: usize> {
 }
 
 /// Distance in seconds of finite differences. Rounding and truncation errors are both below 1e-3 for signals that vary within seconds.
-const APART: f64 = 1e-4;
+const DIFFERENCE_STEP: f64 = 1e-4;
 
 /// A function jumps if its change in an interval exceeds this many times those in the neighbouring intervals. A function that starts as
 /// t^5 changes 31 times more in the second interval than in the first.
@@ -121,12 +121,12 @@ impl<const N: usize> Signal<N> {
             }
             Self::Table(table) => Ok([table.slope(t), [0.0; N]]),
             Self::Function(_) => {
-                let forward = self.differences(t, APART)?;
+                let forward = self.differences(t, DIFFERENCE_STEP)?;
                 let goes_over_jumps = step_context.dt > 0.0;
                 if !(goes_over_jumps && forward.may_jump()) {
                     return Ok(forward.rates);
                 }
-                let backward = self.differences(t, -APART)?;
+                let backward = self.differences(t, -DIFFERENCE_STEP)?;
                 let is_jump = forward.largest > JUMP * backward.largest.max(forward.smallest);
                 Ok(if is_jump { backward.rates } else { forward.rates })
             }

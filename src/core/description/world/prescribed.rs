@@ -20,7 +20,7 @@ const TIMES_BETWEEN_CHECKS: usize = 16;
 const AGREEMENT: f64 = 1e-3;
 
 /// Distance of the times shortly before and after, in seconds.
-const BESIDE: f64 = 0.25 * REACH;
+const DIFFERENCE_STEP: f64 = 0.25 * REACH;
 
 /// Number of components of a quaternion.
 const QUATERNION: usize = 4;
@@ -99,7 +99,7 @@ impl<const N: usize> Prescribed<N> {
     /// side is correct; therefore the times shortly before and after must contradict too.
     fn check_derivatives(&self, given: &Motion<N>, t: f64) -> Result<(), Interrupted> {
         let Some(found) = self.contradiction(given, t)? else { return Ok(()) };
-        for t in [t - BESIDE, t + BESIDE] {
+        for t in [t - DIFFERENCE_STEP, t + DIFFERENCE_STEP] {
             let beside = self.function.0.motion(t)?;
             let contradicts = match beside {
                 Some(given) => self.contradiction(&given, t)?.is_some(),

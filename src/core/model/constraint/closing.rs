@@ -46,11 +46,11 @@ const SOFTEST: f64 = 1e-14;
 const SAME_MODE: f64 = 1e-6;
 
 /// Another closed shape is preferred if its energy is lower by this part: mirror images, whose starts agree to 1e-8, count as equal.
-const LOWER: f64 = 1e-6;
+const LOWER_ENERGY: f64 = 1e-6;
 
 /// Where nothing else closes, shapes beside the start are tried that differ by this part of normalised sizes.
-const BESIDE: f64 = 0.3;
-const STARTS_BESIDE: usize = 5;
+const OTHER_START: f64 = 0.3;
+const OTHER_STARTS: usize = 5;
 
 /// A shape at which a search has ended.
 #[derive(Clone, Debug)]
@@ -90,7 +90,7 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
         let stuck = ended[0].q.clone();
         ended.extend(on_both_sides(model, &stuck, Load::Any));
     }
-    for attempt in 0..STARTS_BESIDE {
+    for attempt in 0..OTHER_STARTS {
         if is_closed(&ended) {
             break;
         }
@@ -99,7 +99,7 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
             .weights
             .iter()
             .enumerate()
-            .map(|(k, w)| BESIDE * w * (1.7 * k as f64 + attempt as f64).cos());
+            .map(|(k, w)| OTHER_START * w * (1.7 * k as f64 + attempt as f64).cos());
         let mut beside = start.clone();
         chart::retract(&model.facts().rotation_vectors, &mut beside, &step.collect::<Vec<_>>());
         ended.push(approach(model, beside, Moves::All));
@@ -152,7 +152,7 @@ fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) ->
         let is_better = match best {
             None => true,
             Some((_, was_valid, _)) if was_valid != is_valid => is_valid,
-            Some((_, _, least)) => energy.total() < least - LOWER * size,
+            Some((_, _, least)) => energy.total() < least - LOWER_ENERGY * size,
         };
         if is_better {
             best = Some((other, is_valid, energy.total()));

@@ -6,7 +6,7 @@ use crate::model::{SingularMass, Static};
 use crate::numerics::linalg::{Lu, Matrix, Singular, thin_svd};
 
 /// Diagonal entries below this part of the largest one are rounding: coordinates without inertia that only constraints hold.
-const NOTHING: f64 = 1e-14;
+const NEGLIGIBLE_INERTIA: f64 = 1e-14;
 
 /// A tangent S and constraints G with the factors of both together, and memory for repeated use.
 #[derive(Clone, Debug)]
@@ -91,8 +91,9 @@ impl Saddle {
             *systems = (0..parts.count).map(|part| PartialSystem::new(of(part))).collect();
         }
         let largest = (0..tangent.nrows()).map(|k| tangent[(k, k)].abs()).fold(f64::MIN_POSITIVE, f64::max);
-        let scale =
-            |k: usize| Some(tangent[(k, k)].abs()).filter(|x| *x > NOTHING * largest).unwrap_or(largest);
+        let scale = |k: usize| {
+            Some(tangent[(k, k)].abs()).filter(|x| *x > NEGLIGIBLE_INERTIA * largest).unwrap_or(largest)
+        };
         independent.find(constraints, |k| scale(k).sqrt().recip(), &parts.of[tangent.nrows()..]);
         if let [PartialSystem { bordered, lu, .. }] = systems.as_mut_slice() {
             border(tangent, constraints, independent, bordered);
@@ -303,9 +304,9 @@ pub(super) fn accelerations_by<M: Static + ?Sized>(
     model.inverse_dynamics(q, v, a, &mut force);
     model.gap_accelerations(q, v, a, &mut wanted);
     force.iter_mut().chain(&mut wanted).for_each(|x| *x = -*x);
-    let (found, held) = saddle.solve(&force, &wanted);
+    let (found, lambda) = saddle.solve(&force, &wanted);
     a.copy_from_slice(&found);
-    multipliers.copy_from_slice(&held);
+    multipliers.copy_from_slice(&lambda);
 }
 
 /// Multipliers of a motion: the smallest ones with `tau + G^T lambda = 0`, in the metric of the mass, or of typical coordinates if
@@ -329,7 +330,7 @@ pub fn multipliers<M: Static + ?Sized>(
             MassSaddle::with(model, q, &metric)?
         }
     };
-    let (_, held) = saddle.solve(&force, &zeros);
-    multipliers.copy_from_slice(&held);
+    let (_, lambda) = saddle.solve(&force, &zeros);
+    multipliers.copy_from_slice(&lambda);
     Ok(())
 }

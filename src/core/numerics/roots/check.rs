@@ -2,7 +2,7 @@
 
 use super::convergence::EVALUATION_ERROR;
 use super::difference::{Differences, rounding_error};
-use super::{Derivative, System};
+use super::{Derivative, NonlinearSystem};
 use crate::error::Interrupted;
 use crate::numerics::linalg::{Matrix, norm_inf};
 
@@ -26,7 +26,7 @@ pub struct JacobianCheck {
 /// smooth system typically gives 1e-9 and rarely more than 1e-6; a wrong entry gives about one. `None`
 /// without entries. Cost: 2n + 1 evaluations and one Jacobian.
 pub fn check_jacobian(
-    system: &mut dyn System,
+    system: &mut dyn NonlinearSystem,
     x: &[f64],
     x_scale: &[f64],
 ) -> Result<Option<JacobianCheck>, Interrupted> {

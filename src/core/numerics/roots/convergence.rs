@@ -83,7 +83,7 @@ impl Newton {
     /// True if the linear model cannot reduce |R|. Requires a singular Jacobian, or more equations than
     /// unknowns.
     pub(super) fn is_stationary(&mut self, residual_norm: f64) -> bool {
-        !self.linear.is_regular() && self.promised_reduction(residual_norm) <= STATIONARY
+        !self.linear.is_regular() && self.predicted_reduction(residual_norm) <= STATIONARY
     }
 
     /// True if the gradient of `|R|` is zero within the error of a Jacobian by differences.

@@ -1,6 +1,6 @@
 //! Jacobians by finite differences.
 
-use super::{Derivative, System};
+use super::{Derivative, NonlinearSystem};
 use crate::error::{Interrupted, InvalidInput};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::memory;
@@ -42,7 +42,7 @@ impl Differences {
     /// double. Cost: n evaluations.
     pub fn forward(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         residual: &[f64],
         x_scale: &[f64],
@@ -66,7 +66,7 @@ impl Differences {
     /// doubles. Cost: 2n evaluations.
     pub fn central(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         x_scale: &[f64],
         jacobian: &mut Matrix,
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     struct Exponentials;
-    impl System for Exponentials {
+    impl NonlinearSystem for Exponentials {
         fn unknowns(&self) -> usize {
             2
         }

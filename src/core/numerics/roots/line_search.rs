@@ -1,7 +1,7 @@
 //! Backtracking along the Newton step (Dennis and Schnabel 1983, algorithm A6.3.1).
 
 use super::newton::{Newton, Trial};
-use super::{Status, System};
+use super::{NonlinearSystem, Status};
 use crate::error::Interrupted;
 
 /// Armijo's condition requires this fraction of the decrease of `|R|^2 / 2` that the slope predicts (Dennis
@@ -21,14 +21,14 @@ impl Newton {
     /// Shortens the Newton step until `|R|^2` falls by Armijo's condition and R is finite.
     pub(super) fn search_line(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         residual_norm: f64,
     ) -> Result<Trial, Interrupted> {
         // The Newton step solves the least-squares problem, hence g . dx = -|J dx|^2, which is -|R|^2 for
         // regular J.
-        let promised =
-            if self.linear.is_regular() { 1.0 } else { self.promised_reduction(residual_norm).powi(2) };
+        let predicted =
+            if self.linear.is_regular() { 1.0 } else { self.predicted_reduction(residual_norm).powi(2) };
         let relative =
             (0..x.len()).fold(0.0, |m: f64, j| m.max(self.step[j].abs() / x[j].abs().max(self.x_scale[j])));
         let shortest = SHORTEST_STEP / relative;
@@ -41,11 +41,11 @@ impl Newton {
             // phi(length) - phi(0) with phi = |R|^2 / 2, in units of |R|^2.
             let change = 0.5 * ((norm / residual_norm).powi(2) - 1.0);
             // The first condition is sharper when the predicted decrease is below rounding.
-            if norm < residual_norm && change <= -ARMIJO * length * promised {
+            if norm < residual_norm && change <= -ARMIJO * length * predicted {
                 return Ok(Trial::Taken { norm, length });
             }
             let next = if change.is_finite() {
-                let next = minimum(length, change, previous, -promised);
+                let next = minimum(length, change, previous, -predicted);
                 previous = Some((length, change));
                 next.clamp(SHORTEN_AT_MOST * length, SHORTEN_AT_LEAST * length)
             } else {

@@ -1,19 +1,19 @@
 //! Root finding on R^n: Newton's method, its globalisations and finite-difference Jacobians. Independent of
 //! time integration.
 //!
-//! A [`System`] defines the equations, [`Options`] the method, [`Newton`] contains the memory and runs the
+//! A [`NonlinearSystem`] defines the equations, [`Options`] the method, [`Newton`] contains the memory and runs the
 //! search, [`Outcome`] is the result. The [`Status`] of an outcome says what happened; only a root is a
 //! success.
 //!
 //! ```
 //! use lissom::error::Interrupted;
 //! use lissom::linalg::Matrix;
-//! use lissom::roots::{Newton, Options, Status, System};
+//! use lissom::roots::{Newton, Options, Status, NonlinearSystem};
 //!
 //! /// x^2 + y^2 = 2, x = y.
 //! struct CircleAndLine;
 //!
-//! impl System for CircleAndLine {
+//! impl NonlinearSystem for CircleAndLine {
 //!     fn unknowns(&self) -> usize {
 //!         2
 //!     }
@@ -60,7 +60,7 @@ use crate::error::Interrupted;
 use crate::numerics::linalg::Matrix;
 
 /// `R(x) = 0`, with `R` from R^n to R^m.
-pub trait System {
+pub trait NonlinearSystem {
     /// Number of unknowns n.
     fn unknowns(&self) -> usize;
 

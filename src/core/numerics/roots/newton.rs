@@ -6,7 +6,7 @@ use super::options::{Method, Options, Reuse};
 use super::outcome::{Outcome, Status};
 use super::step::NewtonStep;
 use super::trust_region::TrustRegion;
-use super::{Derivative, System};
+use super::{Derivative, NonlinearSystem};
 use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
 use crate::numerics::linalg::{Matrix, norm, norm_inf};
 use crate::numerics::memory;
@@ -191,7 +191,7 @@ impl Newton {
     /// If the sizes of the system or of x do not match this memory.
     pub fn solve(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &mut [f64],
         options: &Options,
     ) -> Result<Outcome, Unfinished<Outcome>> {
@@ -231,7 +231,7 @@ impl Newton {
 
     fn search(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &mut [f64],
         options: &Options,
         progress: &mut Progress,
@@ -264,7 +264,7 @@ impl Newton {
     /// Clears the last search, except a reusable Jacobian, and evaluates R at x.
     fn start(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         options: &Options,
     ) -> Result<Progress, Interrupted> {
@@ -295,7 +295,7 @@ impl Newton {
 
     fn iterate(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &mut [f64],
         options: &Options,
         progress: &mut Progress,
@@ -337,7 +337,7 @@ impl Newton {
     /// Computes the next iterate with the factorised Jacobian.
     fn find_step(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         residual_norm: f64,
         options: &Options,
@@ -372,7 +372,7 @@ impl Newton {
     }
 
     /// Newton step, limited to the maximum length.
-    fn full_step(&mut self, system: &mut dyn System, x: &[f64]) -> Result<Trial, Interrupted> {
+    fn full_step(&mut self, system: &mut dyn NonlinearSystem, x: &[f64]) -> Result<Trial, Interrupted> {
         let length = (self.longest_step / self.scaled_step_norm()).min(1.0);
         let norm = self.try_step(system, x, length)?;
         Ok(if norm.is_nan() {
@@ -409,7 +409,7 @@ impl Newton {
     /// finite.
     pub(super) fn try_step(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         length: f64,
     ) -> Result<f64, Interrupted> {
@@ -425,7 +425,7 @@ impl Newton {
     /// Evaluates and factorises the Jacobian at x; `Some` is a status that ends the search.
     fn renew_jacobian(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         residual_norm: f64,
         options: &Options,
@@ -451,7 +451,7 @@ impl Newton {
 
     fn evaluate_jacobian(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         derivative: Derivative,
     ) -> Result<(), Interrupted> {
@@ -484,7 +484,7 @@ impl Newton {
     }
 
     /// Fraction of |R| that the step removes in the linear model: `|J dx| / |R|`.
-    pub(super) fn promised_reduction(&mut self, residual_norm: f64) -> f64 {
+    pub(super) fn predicted_reduction(&mut self, residual_norm: f64) -> f64 {
         for i in 0..self.residual.len() {
             let row = self.jacobian.row(i);
             self.trial_residual[i] = self.step.iter().enumerate().map(|(j, dx)| row[j] * dx).sum();

@@ -1,6 +1,6 @@
 //! Steps within a trust region.
 
-use super::System;
+use super::NonlinearSystem;
 use super::newton::{Newton, Trial};
 use super::outcome::Status;
 use crate::error::Interrupted;
@@ -8,7 +8,7 @@ use crate::numerics::linalg::norm;
 
 /// A step is accepted if it achieves this fraction of the decrease of `|R|^2` predicted by the linear model
 /// (`hybrj`).
-const TAKEN: f64 = 1e-4;
+const ACCEPTED_RATIO: f64 = 1e-4;
 
 /// The search ends when the radius relative to x falls below this value.
 const SMALLEST: f64 = f64::EPSILON;
@@ -18,7 +18,7 @@ impl Newton {
     /// linear model.
     pub(super) fn search_region(
         &mut self,
-        system: &mut dyn System,
+        system: &mut dyn NonlinearSystem,
         x: &[f64],
         residual_norm: f64,
     ) -> Result<Trial, Interrupted> {
@@ -41,12 +41,12 @@ impl Newton {
             if self.iterations() == 0 {
                 self.region.radius = self.region.radius.min(length);
             }
-            let promised = self.model_reduction(residual_norm);
+            let predicted = self.model_reduction(residual_norm);
             let norm = self.try_step(system, x, 1.0)?;
             let reduction = 1.0 - (norm / residual_norm).powi(2);
-            let ratio = if promised > 0.0 && reduction.is_finite() { reduction / promised } else { 0.0 };
+            let ratio = if predicted > 0.0 && reduction.is_finite() { reduction / predicted } else { 0.0 };
             self.region.adapt(ratio, length);
-            if ratio >= TAKEN {
+            if ratio >= ACCEPTED_RATIO {
                 return Ok(Trial::Taken { norm, length: (length / newton_norm).min(1.0) });
             }
             if self.region.radius <= SMALLEST * self.size(x) {

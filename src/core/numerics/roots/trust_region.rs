@@ -8,10 +8,10 @@ use crate::numerics::linalg::{Matrix, norm};
 const FIRST_RADIUS: f64 = 100.0;
 
 /// Below this ratio the radius shrinks (`hybrj`).
-const POOR: f64 = 0.1;
+const POOR_RATIO: f64 = 0.1;
 
 /// From this ratio on, or after two steps that were not poor, the radius may grow (`hybrj`).
-const GOOD: f64 = 0.5;
+const GOOD_RATIO: f64 = 0.5;
 
 /// If the ratio is this close to one, the radius follows from the step (`hybrj`).
 const EXCELLENT: f64 = 0.1;
@@ -123,12 +123,12 @@ impl TrustRegion {
     /// Adapts the radius after a step of this length: `ratio` is the actual over the predicted reduction of
     /// `|R|^2`.
     pub(super) fn adapt(&mut self, ratio: f64, length: f64) {
-        if ratio < POOR {
+        if ratio < POOR_RATIO {
             self.successes = 0;
             self.radius *= SHRINK;
         } else {
             self.successes += 1;
-            if ratio >= GOOD || self.successes > 1 {
+            if ratio >= GOOD_RATIO || self.successes > 1 {
                 self.radius = self.radius.max(GROW * length);
             }
             if (ratio - 1.0).abs() <= EXCELLENT {

@@ -5,7 +5,7 @@ use crate::numerics::linalg::Matrix;
 use crate::robot::algebra::tie::{Frame, Motion};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::actuator::state::ActuationTangent;
-use crate::robot::effects::loops::force::{frames, held};
+use crate::robot::effects::loops::force::{constraint_wrench, frames};
 use crate::robot::effects::loops::plan::TiePlan;
 use crate::robot::effects::loops::state::LoopTangent;
 use crate::robot::plan::Plan;
@@ -89,7 +89,7 @@ pub(crate) fn wrench<G: Turning>(
     multipliers: &[f64],
 ) -> Motion {
     let tie = &plan.effects.loops.ties[tie];
-    held(tie, &frames(plan, work, tie), multipliers)
+    constraint_wrench(tie, &frames(plan, work, tie), multipliers)
 }
 
 /// Writes dg/dt, with the motion up to date.

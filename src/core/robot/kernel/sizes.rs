@@ -1,5 +1,5 @@
-//! Turns and shifts of sections, bodies, and ends of tendons, loops and contacts per unit of each coordinate, and the sizes of
-//! coordinates that follow from these.
+//! Typical sizes of coordinates, from the rotations and translations of sections, bodies, and ends of tendons, loops and contacts per
+//! unit of each coordinate.
 
 use crate::model::Constraint;
 use crate::numerics::lie::{Twist, Vector};
@@ -15,20 +15,20 @@ use crate::robot::state::Workspace;
 use crate::robot::state::tangent::TangentWorkspace;
 use crate::robot::turning::{Turning, columns, place};
 
-/// Fractions of a piece of a rod at which sections are tested. At its end alone, modes of higher degree turn nothing.
+/// Fractions of a piece of a rod at which sections are evaluated. Modes of higher degree do not rotate its end.
 const SECTIONS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
 /// Relative motions below this part of the largest motion of the coordinate are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Meaning of three rows of derivatives.
+/// Quantity of which three rows are derivatives.
 #[derive(Clone, Copy, Debug)]
 enum Kind {
-    /// The angular velocity of something.
+    /// An angular velocity.
     Turn,
-    /// The velocity of something of this extent, in metres.
+    /// The velocity of a part of this extent, in metres.
     Shift(f64),
-    /// The velocity of a point relative to the point that holds it, at this distance in metres.
+    /// The velocity of a point relative to its pivot, at this distance in metres.
     Apart(f64),
 }
 
@@ -36,7 +36,7 @@ enum Kind {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Motions {
     kinds: Vec<Kind>,
-    /// Three numbers for each coordinate, one motion after another.
+    /// Three numbers per coordinate and motion.
     entries: Vec<f64>,
 }
 
@@ -51,8 +51,8 @@ impl Motions {
         Matrix::from_fn(3 * self.kinds.len(), n, |row, k| self.entries[(row / 3 * n + k) * 3 + row % 3])
     }
 
-    /// The sizes of coordinates: one radian of the largest turn; without turns a strain of one, or the extent of the shifted parts
-    /// or their distance from the points that hold them. `rows` are [`Self::rows`] for the independent coordinates. `fallback` is
+    /// The sizes of coordinates: those of a largest rotation by one radian; without rotations a strain of one, or the extent of the
+    /// translated parts or their distance from their pivots. `rows` are [`Self::rows`] for the independent coordinates. `fallback` is
     /// the size for parts without extent, in metres.
     pub(crate) fn sizes(&self, rows: &Matrix, is_strain: &[bool], fallback: f64, sizes: &mut [f64]) {
         for (k, size) in sizes.iter_mut().enumerate() {
@@ -89,7 +89,7 @@ impl Motions {
     }
 }
 
-/// Something of an extent at a place, in metres.
+/// A place with the extent of the part there, in metres.
 #[derive(Clone, Debug)]
 pub(crate) struct Extent {
     pub(crate) place: Place,
@@ -144,7 +144,7 @@ pub(crate) fn motions<G: Turning>(
     let balls = contacts.balls.iter().map(|ball| (ball.on, size(ball.centre) + ball.radius));
     let bodies = contacts.bodies.iter().map(|body| (body.on, body.size + body.radius));
     for (fixture, own) in balls.chain(bodies) {
-        // All points of a part that only shifts have the same motion.
+        // All points of a part that only translates move alike.
         if let Some(on) = fixture {
             jacobian_with(plan, work, on, Vector::zero(), &mut jacobian);
             motions.push(Kind::Shift(own), half(&jacobian, 3));
@@ -153,7 +153,7 @@ pub(crate) fn motions<G: Turning>(
     motions
 }
 
-/// How a place of a fixture turns and shifts: like the Jacobian of a section.
+/// Jacobian of a place of a fixture, as of a section.
 fn jacobian_with<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -172,7 +172,7 @@ fn jacobian_with<G: Turning>(
     });
 }
 
-/// Three rows of a Jacobian: the turns are the first ones, the shifts follow.
+/// Three rows of a Jacobian: first rotations, then translations.
 fn half(jacobian: &Matrix, first: usize) -> impl Iterator<Item = Vector<f64>> + '_ {
     (0..jacobian.ncols()).map(move |k| Vector::from(std::array::from_fn(|i| jacobian[(first + i, k)])))
 }
@@ -250,7 +250,8 @@ pub(crate) fn work_of_contact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -
 /// Sizes of gaps, row by row, from the spans of their constraints in metres: the span, one for differences of cosines, and for
 /// coordinates their value for such a span.
 pub(crate) fn of_gaps<G: Turning>(plan: &Plan<G>, span: impl Fn(Constraint) -> f64) -> Vec<f64> {
-    let mut sizes: Vec<f64> = plan.effects.loops.constraints.iter().map(|&held| span(held)).collect();
+    let mut sizes: Vec<f64> =
+        plan.effects.loops.constraints.iter().map(|&constraint| span(constraint)).collect();
     for tie in &plan.effects.loops.ties {
         for (size, row) in sizes[tie.first..].iter_mut().zip(&tie.rows) {
             *size = if matches!(row, Row::Angle { .. }) { 1.0 } else { *size };

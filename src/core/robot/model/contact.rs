@@ -1,7 +1,7 @@
 //! Contacts and stops of a robot.
 
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN};
-use crate::model::springs::Cords;
+use crate::model::springs::LengthTendons;
 use crate::model::{
     Dynamics as _, ForwardScratch, GainCheck, Impact, InContact, InImpact, InvalidShape, Overlap, Radius,
     Reached, Separation, Softened, Sprung as _, chart,
@@ -26,15 +26,16 @@ impl RobotModel {
 
     /// Names the tendon of commanded length that pulls most in the first of these shapes, or becomes taut in a later one.
     fn advice_on_tendons(&mut self, failed: &[&[f64]]) -> String {
-        let cords: Vec<usize> = on_sweeps!(&self.sweeps, sweeps => sweeps.cords().map(|(i, _)| i).collect());
-        if cords.is_empty() {
+        let length_tendons: Vec<usize> =
+            on_sweeps!(&self.sweeps, sweeps => sweeps.length_tendons().map(|(i, _)| i).collect());
+        if length_tendons.is_empty() {
             return String::new();
         }
-        let mut found = Cords::new(cords.len(), self.facts.n);
+        let mut found = LengthTendons::new(length_tendons.len(), self.facts.n);
         for (number, q) in failed.iter().enumerate() {
-            self.linearise_cords(q, &mut found);
+            self.linearise_length_tendons(q, &mut found);
             if let Some(row) = actuator::advice::most_loaded(&found, self.facts.length) {
-                return actuator::advice::advice(&self.robot, cords[row], &found, row, number > 0);
+                return actuator::advice::advice(&self.robot, length_tendons[row], &found, row, number > 0);
             }
         }
         String::new()

@@ -1,7 +1,7 @@
 //! Elasticity of a robot.
 
 use super::{AnySweeps, RobotModel};
-use crate::model::springs::{Cords, Springs};
+use crate::model::springs::{LengthTendons, Springs};
 use crate::model::{Elastic, Sprung, chart};
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::support::force::Held;
@@ -12,7 +12,7 @@ impl Sprung for RobotModel {
     fn linearise_springs(&mut self, q: &[f64], springs: &mut Springs) {
         let Self { sweeps, coordinates, .. } = self;
         let found = coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.springs(q)));
-        springs.energy = found.iter().map(|held| held.energy).sum();
+        springs.energy = found.iter().map(|springs| springs.energy).sum();
         for (a, Held { forces, stiffness, firm, .. }) in found.into_iter().enumerate() {
             for half in 0..2 {
                 let first = 6 * a + 3 * half;
@@ -24,28 +24,33 @@ impl Sprung for RobotModel {
     }
 
     fn hold_springs(&mut self, forces: Option<&[f64]>) {
-        self.held = forces.map(<[f64]>::to_vec);
+        self.fixed_spring_forces = forces.map(<[f64]>::to_vec);
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_springs(forces));
         if let Some(unloaded) = &mut self.unloaded {
             on_sweeps!(&mut **unloaded, sweeps => sweeps.hold_springs(forces));
         }
     }
 
-    fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
+    fn linearise_length_tendons(&mut self, q: &[f64], length_tendons: &mut LengthTendons) {
         let Self { sweeps, coordinates, .. } = self;
-        let mut of_all = Cords::new(cords.stiffness.len(), on_sweeps!(&*sweeps, sweeps => sweeps.plan().n));
-        coordinates
-            .all([q], |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.linearise_cords(q, &mut of_all)));
-        cords.jacobian = coordinates.own_columns(of_all.jacobian);
-        cords.reach = coordinates.own_columns(of_all.reach);
-        cords.stiffness = of_all.stiffness;
-        cords.excesses = of_all.excesses;
-        cords.spans = of_all.spans;
+        let mut of_all = LengthTendons::new(
+            length_tendons.stiffness.len(),
+            on_sweeps!(&*sweeps, sweeps => sweeps.plan().n),
+        );
+        coordinates.all(
+            [q],
+            |[q]| on_sweeps!(&mut *sweeps, sweeps => sweeps.linearise_length_tendons(q, &mut of_all)),
+        );
+        length_tendons.jacobian = coordinates.own_columns(of_all.jacobian);
+        length_tendons.reach = coordinates.own_columns(of_all.reach);
+        length_tendons.stiffness = of_all.stiffness;
+        length_tendons.excesses = of_all.excesses;
+        length_tendons.spans = of_all.spans;
     }
 
-    fn hold_cords(&mut self, tensions: Option<&[f64]>) {
+    fn hold_length_tendons(&mut self, tensions: Option<&[f64]>) {
         self.cached.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_cords(tensions));
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_length_tendons(tensions));
     }
 }
 

@@ -69,7 +69,7 @@ pub struct RobotModel {
     /// Places at which accuracy is measured.
     measured_places: Arc<[MeasuredPlace]>,
     /// Values that replace the forces of the supports' springs.
-    held: Option<Vec<f64>>,
+    fixed_spring_forces: Option<Vec<f64>>,
     /// Size of the steps in seconds if it is fixed, zero for adaptive steps, NaN before a run.
     steps: f64,
     /// Times at which adaptive steps end, in addition to those of signals.
@@ -230,7 +230,7 @@ impl RobotModel {
             robot: Arc::new(robot.clone()),
             facts: Arc::new(facts),
             measured_places: Arc::new([]),
-            held: None,
+            fixed_spring_forces: None,
             steps: f64::NAN,
             ends: Arc::new([]),
             slack_is_kept: false,
@@ -324,7 +324,7 @@ impl RobotModel {
             let base = on_sweeps!(&self.sweeps, sweeps => sweeps.base());
             on_sweeps!(&mut *unloaded, sweeps => sweeps.place_base(&base));
             // Anchors were recomputed for this pose.
-            on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(self.held.as_deref()));
+            on_sweeps!(&mut *unloaded, sweeps => sweeps.hold_springs(self.fixed_spring_forces.as_deref()));
         }
     }
 
@@ -610,9 +610,9 @@ impl RobotModel {
             None => one_sided::accelerations(self, q, qd, &mut vec![0.0; q.len()], &mut multipliers),
         }
         .ok()?;
-        let held = Constraint::Tendon(actuator);
+        let tendon = Constraint::Tendon(actuator);
         on_sweeps!(&self.sweeps, sweeps => {
-            let row = sweeps.plan().effects.loops.constraints.iter().position(|&by| by == held)?;
+            let row = sweeps.plan().effects.loops.constraints.iter().position(|&by| by == tendon)?;
             Some(multipliers[row])
         })
     }
@@ -733,7 +733,7 @@ impl RobotModel {
     fn find_jacobian_of_springs(&mut self, q: &[f64], jacobian: &mut Matrix) {
         self.place_unloaded();
         let length = self.facts.length;
-        let Self { sweeps, unloaded, coordinates, held, .. } = self;
+        let Self { sweeps, unloaded, coordinates, fixed_spring_forces, .. } = self;
         let Some(unloaded) = unloaded.as_deref_mut() else { return };
         coordinates.columns(q, jacobian, |q, jacobian| {
             let mut elastic = vec![0.0; q.len()];
@@ -754,16 +754,16 @@ impl RobotModel {
                 }
             }
         });
-        on_sweeps!(unloaded, sweeps => sweeps.hold_springs(held.as_deref()));
+        on_sweeps!(unloaded, sweeps => sweeps.hold_springs(fixed_spring_forces.as_deref()));
     }
 }
 
 /// The coordinates, of those given, of a motion without inertia, if there is such a motion.
 fn without_inertia(mass: &Matrix, coordinates: &[usize]) -> Vec<usize> {
     /// Smallest eigenvalue of a mass matrix with unit diagonal that is not rounding.
-    const LEAST: f64 = 1e-14;
+    const SMALLEST_EIGENVALUE: f64 = 1e-14;
     /// Smallest relative part in that motion for a coordinate to be named.
-    const PART: f64 = 0.1;
+    const SMALLEST_PART: f64 = 0.1;
     let scale = |k: usize| mass[(k, k)].sqrt();
     if let Some(&k) = coordinates.iter().find(|&&k| mass[(k, k)] <= 0.0) {
         return vec![k];
@@ -773,9 +773,9 @@ fn without_inertia(mass: &Matrix, coordinates: &[usize]) -> Vec<usize> {
         mass[(coordinates[i], coordinates[j])] / (scale(coordinates[i]) * scale(coordinates[j]))
     });
     let Some((values, vectors)) = symmetric_eigen(&scaled) else { return Vec::new() };
-    let singular = values.iter().position(|&value| value < LEAST);
+    let singular = values.iter().position(|&value| value < SMALLEST_EIGENVALUE);
     let Some(singular) = singular else { return Vec::new() };
-    let moves = |&(i, _): &(usize, &usize)| vectors[(i, singular)].abs() > PART;
+    let moves = |&(i, _): &(usize, &usize)| vectors[(i, singular)].abs() > SMALLEST_PART;
     coordinates.iter().enumerate().filter(moves).map(|(_, &k)| k).collect()
 }
 

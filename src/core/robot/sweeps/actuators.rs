@@ -1,7 +1,7 @@
 //! Lengths and forces of actuators, and stops of joints.
 
 use super::Sweeps;
-use crate::model::springs::Cords;
+use crate::model::springs::LengthTendons;
 use crate::numerics::lie::Vector;
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::actuator::plan::Law;
@@ -55,7 +55,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// The tendons of a commanded length without friction, by their actuators.
-    pub(crate) fn cords(&self) -> impl Iterator<Item = (usize, f64)> {
+    pub(crate) fn length_tendons(&self) -> impl Iterator<Item = (usize, f64)> {
         let plan = &self.plan;
         plan.effects.actuation.actuators.iter().enumerate().filter_map(|(i, actuator)| match actuator.law {
             Law::Cable { stiffness, .. } if actuator.friction.is_none() => Some((i, stiffness)),
@@ -65,32 +65,33 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// These tendons in a shape.
-    pub(crate) fn linearise_cords(&mut self, q: &[f64], cords: &mut Cords) {
+    pub(crate) fn linearise_length_tendons(&mut self, q: &[f64], length_tendons: &mut LengthTendons) {
         self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
         let Self { plan, work, tangent, .. } = self;
         lines::find(plan, work, &mut tangent.effects.actuation);
-        for (row, (i, stiffness)) in self.cords().collect::<Vec<_>>().into_iter().enumerate() {
+        for (row, (i, stiffness)) in self.length_tendons().collect::<Vec<_>>().into_iter().enumerate() {
             let Self { plan, work, tangent, .. } = &mut *self;
             let state = &work.effects.actuation;
-            cords.stiffness[row] = stiffness;
-            cords.excesses[row] = state.lengths[i] - state.commands[i];
+            length_tendons.stiffness[row] = stiffness;
+            length_tendons.excesses[row] = state.lengths[i] - state.commands[i];
             let ends =
                 plan.effects.actuation.lines.iter().zip(&state.lines).filter(|(line, _)| line.actuator == i);
             let far = ends.flat_map(|(_, line)| line.ends).map(|end| end.dot(end).sqrt());
-            cords.spans[row] = state.lengths[i].abs() + state.commands[i].abs() + far.sum::<f64>();
+            length_tendons.spans[row] = state.lengths[i].abs() + state.commands[i].abs() + far.sum::<f64>();
             let gradient = actuation::gradient(plan, work, &mut tangent.effects.actuation, i);
-            cords.jacobian.row_mut(row).copy_from_slice(gradient);
+            length_tendons.jacobian.row_mut(row).copy_from_slice(gradient);
             for k in 0..plan.n {
-                cords.reach[(row, k)] = actuation::reach(plan, work, &tangent.effects.actuation, i, k);
+                length_tendons.reach[(row, k)] =
+                    actuation::reach(plan, work, &tangent.effects.actuation, i, k);
             }
         }
     }
 
     /// Replaces tensions of these tendons; `None` undoes that.
-    pub(crate) fn hold_cords(&mut self, tensions: Option<&[f64]>) {
+    pub(crate) fn hold_length_tendons(&mut self, tensions: Option<&[f64]>) {
         self.work.motion_is_known = false;
-        for (row, (i, _)) in self.cords().collect::<Vec<_>>().into_iter().enumerate() {
-            self.work.effects.actuation.held[i] = tensions.map(|tensions| tensions[row]);
+        for (row, (i, _)) in self.length_tendons().collect::<Vec<_>>().into_iter().enumerate() {
+            self.work.effects.actuation.fixed_tensions[i] = tensions.map(|tensions| tensions[row]);
         }
     }
 

@@ -44,7 +44,7 @@ impl<G: Turning> Sweeps<G> {
             return;
         }
         let mut plan = (*self.plan).clone();
-        let cords: Vec<usize> = self.cords().map(|(i, _)| i).collect();
+        let length_tendons: Vec<usize> = self.length_tendons().map(|(i, _)| i).collect();
         for reached in reached {
             // The unloaded robot has neither contacts nor actuators.
             match *reached {
@@ -54,7 +54,7 @@ impl<G: Turning> Sweeps<G> {
                     pair.into_iter().for_each(|pair| pair.law.stiffness = 0.0);
                 }
                 Reached::Slack(row) | Reached::Taut(row) => {
-                    let actuator = cords.get(row).map(|&i| &mut plan.effects.actuation.actuators[i]);
+                    let actuator = length_tendons.get(row).map(|&i| &mut plan.effects.actuation.actuators[i]);
                     actuator.into_iter().for_each(|actuator| {
                         actuator.law.decide(matches!(*reached, Reached::Taut(_)));
                     });
@@ -89,11 +89,11 @@ impl<G: Turning> Sweeps<G> {
         let mut is_softer = false;
         for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
             (stiffest[p], grown[p]) = (f64::INFINITY, 0.0);
-            let Some(Softened { forces, part, growth }) = soft else { continue };
-            stiffest[p] = pair.stiffness_for_soft_depth(part * forces[p]);
+            let Some(Softened { forces, fraction, enlargement }) = soft else { continue };
+            stiffest[p] = pair.stiffness_for_soft_depth(fraction * forces[p]);
             if stiffest[p] < pair.law.stiffness {
                 is_softer = true;
-                grown[p] = pair.growth * growth;
+                grown[p] = pair.growth * enlargement;
             }
         }
         is_softer

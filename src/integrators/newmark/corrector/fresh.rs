@@ -6,7 +6,7 @@ use super::super::trial::Trial;
 use super::{Corrector, FRESH_ITERATIONS, JacobianHistory, NEGLIGIBLE, larger_rate, left_after, may_touch};
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed};
-use crate::integrators::second_order::{Counters, Failure, Solved, System};
+use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
 use crate::model::InImpact;
 use crate::numerics::linalg::dot;
 
@@ -47,7 +47,7 @@ impl<V: Numbers> Corrector<V> {
     /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
     /// natural monotonicity test, Deuflhard 2011, section 3.3), or, with contacts, until little of their work is left
     /// ([`Search`]). A Jacobian is reused if that is cheaper than a fresh one.
-    pub(super) fn with_fresh_jacobians<S: System + ?Sized>(
+    pub(super) fn with_fresh_jacobians<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,
@@ -129,7 +129,7 @@ impl<V: Numbers> Corrector<V> {
 
     /// Tries the increment and shortens it until it is acceptable.
     #[allow(clippy::too_many_arguments, reason = "what the iteration knows of it")]
-    fn search<S: System + ?Sized>(
+    fn search<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,

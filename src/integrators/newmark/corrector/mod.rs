@@ -21,7 +21,7 @@ use super::options::Options;
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed, remaining_error};
-use crate::integrators::second_order::{Counters, Failure, Solved, System};
+use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
 use crate::model::InImpact;
 use crate::numerics::tape::Tape;
 
@@ -83,13 +83,13 @@ const FRESH_ITERATIONS: f64 = 2.0;
 
 /// The remaining error after an increment of this size. If surfaces may touch, new contacts at its end are not contained in any rate:
 /// the last increment itself must be small.
-fn left_after<S: System + ?Sized, V: Numbers>(system: &mut S, size: f64, rate: f64) -> f64 {
+fn left_after<S: SecondOrderSystem + ?Sized, V: Numbers>(system: &mut S, size: f64, rate: f64) -> f64 {
     if may_touch::<_, V>(system) { size } else { remaining_error(size, rate) }
 }
 
 /// Whether surfaces in the state evaluated last are so close that they may touch in the next one.
 #[inline]
-fn may_touch<S: System + ?Sized, V: Numbers>(system: &mut S) -> bool {
+fn may_touch<S: SecondOrderSystem + ?Sized, V: Numbers>(system: &mut S) -> bool {
     !V::IS_PLAIN && system.model().is_some_and(|model| model.may_touch())
 }
 
@@ -223,7 +223,7 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Prepares the memory for the Jacobians of `system`. Call before the first solve.
-    pub(super) fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(super) fn prepare<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) {
         self.linear = self.jacobian.linear_system(system);
         self.jacobian_cost = self.jacobian.cost(system);
         let n = system.facts().n;
@@ -261,7 +261,7 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Writes or reads the state between solves: the kept Jacobian and its measurements.
-    pub(super) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    pub(super) fn serialise<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         let blank = JacobianHistory { weights: [0.0; 3], steps: 0.0, cost: 0.0 };
         tape.optional(&mut self.kept, blank, |tape, kept| {
             tape.numbers(&mut kept.weights);
@@ -295,7 +295,7 @@ impl<V: Numbers> Corrector<V> {
     /// the trial is undefined.
     ///
     /// Tries in turn: the kept Jacobian, one of this step, fresh Jacobians with increments that may be shortened.
-    pub(super) fn solve<S: System + ?Sized>(
+    pub(super) fn solve<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,
@@ -334,7 +334,7 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Newton's method with the kept Jacobian, or with one of this step if there is none or it converges too slowly.
-    fn with_kept_jacobian<S: System + ?Sized>(
+    fn with_kept_jacobian<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,
@@ -414,7 +414,7 @@ impl<V: Numbers> Corrector<V> {
 
     /// Judges an increment of this size by the size and the displacements of the previous one with the same Jacobian.
     #[inline]
-    fn judge<S: System + ?Sized>(
+    fn judge<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,
@@ -462,7 +462,12 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
-    fn kept_jacobian_pays<S: System + ?Sized>(&self, system: &mut S, trial: &Trial<V>, h: f64) -> bool {
+    fn kept_jacobian_pays<S: SecondOrderSystem + ?Sized>(
+        &self,
+        system: &mut S,
+        trial: &Trial<V>,
+        h: f64,
+    ) -> bool {
         self.kept.is_some_and(|kept| {
             let mut iterations = |distance| {
                 let rate = self.contraction.expect(distance);
@@ -481,7 +486,7 @@ impl<V: Numbers> Corrector<V> {
         }
     }
 
-    fn evaluate_residual<S: System + ?Sized>(
+    fn evaluate_residual<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &Trial<V>,
@@ -495,7 +500,7 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Evaluates a Jacobian and keeps it.
-    fn renew_jacobian<S: System + ?Sized>(
+    fn renew_jacobian<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &Trial<V>,
@@ -547,7 +552,7 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Evaluates and factorises the Jacobian at a trial whose residual has been evaluated, and computes the increment.
-    fn evaluate_jacobian<S: System + ?Sized>(
+    fn evaluate_jacobian<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &Trial<V>,
@@ -596,7 +601,7 @@ impl<V: Numbers> Corrector<V> {
     /// Whether the increment at `trial`, the end of [`Self::previous`], consists of rounding errors: its displacements are within tolerance,
     /// and it is a different one at a point slightly before. A continuous increment would be nearly the same there, even if it is large
     /// because of a wrong Jacobian or new contacts. Overwrites the residual.
-    fn is_rounding<S: System + ?Sized>(
+    fn is_rounding<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,

@@ -7,14 +7,14 @@ use super::super::scheme::stretch;
 use super::StepperOf;
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Adaptive, Sizes, Tried, adaptive_step};
-use crate::integrators::second_order::{Counters, Status, System};
+use crate::integrators::second_order::{Counters, SecondOrderSystem, Status};
 
 impl<V: Numbers> Adaptive for StepperOf<V> {
     /// CVODE's choice.
     const CUT: f64 = 0.25;
     const BENDS: bool = false;
 
-    fn try_step<S: System + ?Sized>(
+    fn try_step<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         t_new: f64,
@@ -54,7 +54,7 @@ impl<V: Numbers> Adaptive for StepperOf<V> {
 }
 
 impl<V: Numbers> StepperOf<V> {
-    pub(super) fn adaptive_step<S: System + ?Sized>(
+    pub(super) fn adaptive_step<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
     ) -> Result<Option<Status>, Interrupted> {

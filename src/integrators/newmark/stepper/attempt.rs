@@ -8,7 +8,7 @@ use super::super::trial::Trial;
 use super::{Guess, Lengths, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Ends, Stepper, Unilateral};
-use crate::integrators::second_order::{Solved, System, constrained_start, model_at, model_of};
+use crate::integrators::second_order::{SecondOrderSystem, Solved, constrained_start, model_at, model_of};
 use crate::model::constraint::projection;
 use crate::model::{Excitation, OneSided};
 use crate::numerics::linalg::Matrix;
@@ -27,7 +27,12 @@ const SOFT: f64 = 1e-8;
 
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
-    pub(super) fn attempt<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
+    pub(super) fn attempt<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Solved {
         if !V::IS_PLAIN && !self.scheme.has_inertia() {
             return self.attempt_without_inertia(system, t_new, h);
         }
@@ -74,7 +79,12 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// The same for quasi-static motion: the velocity at the end is the change of the shape over the step, and accelerations are zero.
-    fn attempt_without_inertia<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
+    fn attempt_without_inertia<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Solved {
         // Rates of prescribed motions are means over the step, like those of the coordinates.
         model_of(system).mean_rates_over(h);
         let trial = &mut self.trial;
@@ -87,7 +97,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Memory of algorithmic accelerations of the step from here to `t_new` ([`Scheme::step`]).
-    fn memory<S: System + ?Sized>(&self, system: &mut S, t_new: f64, h: f64) -> Option<f64> {
+    fn memory<S: SecondOrderSystem + ?Sized>(&self, system: &mut S, t_new: f64, h: f64) -> Option<f64> {
         if self.adapts_memory {
             // `rescale_memory` has scaled those of an adaptive step.
             return Some(1.0);
@@ -102,7 +112,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// The same by the backward Euler method: of order 1, without memory of accelerations, and with inelastic impacts.
-    pub(super) fn attempt_without_memory<S: System + ?Sized>(
+    pub(super) fn attempt_without_memory<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         t_new: f64,
@@ -141,7 +151,7 @@ impl<V: Numbers> StepperOf<V> {
     /// Projects velocities of the trial onto the constraints in the metric of the mass matrix, and sets accelerations and multipliers to
     /// those of that state. Returns whether it succeeded; near singular positions it changes nothing, unless `even_singular`.
     /// Allocates.
-    fn fit_to_constraints<S: System + ?Sized>(
+    fn fit_to_constraints<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         even_singular: bool,
@@ -165,7 +175,10 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Recomputes the accelerations of the trial with the loads of its end, if it was solved with lagged loads.
-    fn recompute_accelerations<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+    fn recompute_accelerations<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<(), Interrupted> {
         let h = self.size;
         let Self { trial, corrector, guessed, counters, .. } = self;
         if trial.a.len() > trial.q.len() {
@@ -189,7 +202,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Solves the equations of motion for the accelerations of the trial.
-    fn correct<S: System + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
+    fn correct<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, h: f64) -> Solved {
         match self.guess {
             _ if !V::IS_PLAIN && self.trial.weights[2] == 0.0 => {
                 // Constant velocity of the shape.
@@ -230,7 +243,7 @@ impl<V: Numbers> StepperOf<V> {
 
     /// Whether a quasi-static trial is a stable equilibrium within its step: no direction has a negative stiffness, including damping and
     /// friction by the velocities of the step. Models with loops and directions without stiffness count as stable. Allocates.
-    fn is_stable<S: System + ?Sized>(&self, system: &mut S) -> Result<bool, Interrupted> {
+    fn is_stable<S: SecondOrderSystem + ?Sized>(&self, system: &mut S) -> Result<bool, Interrupted> {
         let (Trial { t, q, v, weights, .. }, n) = (&self.trial, self.q.len());
         if self.a.len() > n || weights[2] != 0.0 {
             return Ok(true);
@@ -296,7 +309,7 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         (ends, unilateral)
     }
 
-    fn accept<S: System + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
+    fn accept<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {
         if !V::IS_PLAIN && self.lags {
             self.recompute_accelerations(system)?;
         }

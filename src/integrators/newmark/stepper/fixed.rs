@@ -4,11 +4,11 @@ use super::super::numbers::Numbers;
 use super::{Lengths, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Fixed, Memory, fixed_step};
-use crate::integrators::second_order::{Counters, Solved, Status, System};
+use crate::integrators::second_order::{Counters, SecondOrderSystem, Solved, Status};
 use crate::model::Excitation;
 
 impl<V: Numbers> StepperOf<V> {
-    pub(super) fn fixed_step<S: System + ?Sized>(
+    pub(super) fn fixed_step<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
     ) -> Result<Option<Status>, Interrupted> {
@@ -45,7 +45,13 @@ impl<V: Numbers> Fixed for StepperOf<V> {
         self.scheme.has_inertia()
     }
 
-    fn try_step<S: System + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64, memory: Memory) -> Solved {
+    fn try_step<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+        memory: Memory,
+    ) -> Solved {
         match memory {
             Memory::Kept => self.attempt(system, t_new, h),
             Memory::Dropped => self.attempt_without_memory(system, t_new, h),

@@ -6,7 +6,7 @@ use super::super::scheme::Scheme;
 use super::{Lengths, StepperOf};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::attempts::{Fixed as _, Remedy, Unilateral};
-use crate::integrators::second_order::{Counters, Status, System};
+use crate::integrators::second_order::{Counters, SecondOrderSystem, Status};
 use crate::numerics::tape::Tape;
 
 /// An integration performed step by step. All memory is allocated by the time the initial accelerations are
@@ -55,13 +55,16 @@ impl Stepper {
 
     /// Solves for the accelerations at the start. [`Self::step`] calls this if necessary. Returns
     /// `Some(status)` if there are none.
-    pub fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    pub fn start<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<Option<Status>, Interrupted> {
         self.suit(system);
         of_kind!(&mut self.0, stepper => stepper.start(system))
     }
 
     /// Chooses the storage before the first accelerations are known.
-    fn suit<S: System + ?Sized>(&mut self, system: &mut S) {
+    fn suit<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) {
         let Kind::Any(stepper) = &self.0 else { return };
         // Quasi-static steps are not plain.
         if stepper.started || !system.facts().has_plain_steps() || !stepper.scheme.has_inertia() {
@@ -82,13 +85,16 @@ impl Stepper {
     ///
     /// # Panics
     /// If the integration had already ended.
-    pub fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    pub fn step<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<Option<Status>, Interrupted> {
         self.suit(system);
         of_kind!(&mut self.0, stepper => stepper.step(system))
     }
 
     /// Replaces rotation vectors that come close to their singularity by equivalent shorter ones.
-    pub(crate) fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
+    pub(crate) fn shorten_rotation_vectors<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) {
         of_kind!(&mut self.0, stepper => stepper.shorten_rotation_vectors(system));
     }
 
@@ -161,7 +167,7 @@ impl Stepper {
     }
 
     /// Writes or reads the state that persists between steps.
-    pub(crate) fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    pub(crate) fn serialise<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         self.suit(system);
         of_kind!(&mut self.0, stepper => stepper.serialise(system, tape));
     }

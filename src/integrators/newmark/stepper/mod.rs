@@ -15,7 +15,7 @@ use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Remedy, Unilateral};
 use crate::integrators::second_order::{
-    Counters, Grid, Status, System, constrained_start, model_of, number_of_steps,
+    Counters, Grid, SecondOrderSystem, Status, constrained_start, model_of, number_of_steps,
 };
 use crate::model::rotation_vectors;
 use crate::numerics::hermite::cubic;
@@ -163,7 +163,10 @@ impl<V: Numbers> StepperOf<V> {
 
     /// Solves for the accelerations at the start. [`Self::step`] calls this if necessary. Returns
     /// `Some(status)` if there are none.
-    fn start<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    fn start<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+    ) -> Result<Option<Status>, Interrupted> {
         if self.started {
             return Ok(self.status);
         }
@@ -205,7 +208,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Memory for the unknowns of a step: accelerations, and multipliers of constraints.
-    fn prepare<S: System + ?Sized>(&mut self, system: &mut S) {
+    fn prepare<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) {
         self.corrector.prepare(system);
         let facts = system.facts();
         (self.has_contact, self.has_corners) = (facts.has_contact, facts.varies_in_time);
@@ -225,7 +228,7 @@ impl<V: Numbers> StepperOf<V> {
     ///
     /// # Panics
     /// If the integration had already ended.
-    fn step<S: System + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
+    fn step<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) -> Result<Option<Status>, Interrupted> {
         assert!(self.status.is_none(), "the integration is over");
         if self.start(system)?.is_some() {
             return Ok(self.status);
@@ -249,7 +252,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Replaces rotation vectors that come close to their singularity by equivalent shorter ones.
-    fn shorten_rotation_vectors<S: System + ?Sized>(&mut self, system: &mut S) {
+    fn shorten_rotation_vectors<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) {
         let Self { q, v, a, s, .. } = self;
         if rotation_vectors::wrap(&system.facts().rotation_vectors, q, v, &mut [a, s]) {
             // These belong to the old coordinates.
@@ -332,7 +335,7 @@ impl<V: Numbers> StepperOf<V> {
     }
 
     /// Writes or reads the state that persists between steps.
-    fn serialise<S: System + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
+    fn serialise<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, tape: &mut Tape<'_>) {
         if tape.reads() {
             self.prepare(system);
         }

@@ -4,13 +4,13 @@ mod tendons;
 
 use super::changes::Changes;
 use super::energy_watch::EnergyWatch;
-use super::growth::Growth;
 use super::impact_resolver::ImpactResolver;
 use super::integrator::{Integrator, without_inertia};
 use super::method::{Method, check_span, check_step};
 use super::prescribed_watch::PrescribedWatch;
 use super::start::Start;
 use super::status::{Status, Stop};
+use super::unstable_vibrations::UnstableVibrations;
 use crate::description::signal::{Jumps, covers};
 use crate::error::{Interrupted, InvalidInput, Number};
 use crate::integrators::attempts::Remedy;
@@ -66,7 +66,7 @@ pub struct Run<M> {
     /// What is prescribed, in steps of one size.
     prescribed_watch: Option<Box<PrescribedWatch>>,
     /// Vibrations that grow in steps of one size, about the start.
-    growth: Option<Box<Growth>>,
+    unstable_vibrations: Option<Box<UnstableVibrations>>,
     /// Impacts in steps of one size.
     resolves_impacts: bool,
     may_resolve_impacts: bool,
@@ -142,7 +142,7 @@ impl<M: Model> Run<M> {
             supply: None,
             is_watched: false,
             prescribed_watch: None,
-            growth: None,
+            unstable_vibrations: None,
             resolves_impacts,
             may_resolve_impacts: may_resolve,
             impact_resolver: ImpactResolver::new(n),
@@ -237,7 +237,7 @@ impl<M: Model> Run<M> {
             self.is_watched = true;
             self.energy = self.watch();
             self.prescribed_watch = self.follow();
-            self.growth = self.growing();
+            self.unstable_vibrations = self.find_unstable_vibrations();
         }
         if !self.inputs_have_jumped {
             return Ok(None);
@@ -300,25 +300,27 @@ impl<M: Model> Run<M> {
     }
 
     /// Vibrations that grow about the current state, if steps are of one size.
-    fn growing(&mut self) -> Option<Box<Growth>> {
+    fn find_unstable_vibrations(&mut self) -> Option<Box<UnstableVibrations>> {
         let (scheme, dt) = (self.integrator.fixed_scheme()?, self.dt);
-        self.integrator.observe(|model, state| Growth::new(model, state, scheme, dt)).map(Box::new)
+        self.integrator
+            .observe(|model, state| UnstableVibrations::new(model, state, scheme, dt))
+            .map(Box::new)
     }
 
     /// Why the motion is wrong, if a vibration has grown that was within the limit of stability at the start.
     fn late_instability(&mut self) -> Option<String> {
-        let (growth, steps) = (self.growing()?, self.steps());
-        self.observe(|_, state| growth.stop(state, steps)).map(|stop| stop.message)
+        let (vibrations, steps) = (self.find_unstable_vibrations()?, self.steps());
+        self.observe(|_, state| vibrations.stop(state, steps)).map(|stop| stop.message)
     }
 
     /// The status after a step: at the end of an interval it is no success if the method has let a vibration grow.
     fn where_grown(&mut self, status: Option<Status>) -> Option<Status> {
-        let Self { integrator, growth: Some(growth), .. } = self else { return status };
+        let Self { integrator, unstable_vibrations: Some(vibrations), .. } = self else { return status };
         if !status.is_some_and(Status::is_success) {
             return status;
         }
         let steps = integrator.steps();
-        let Some(stop) = integrator.observe(|_, state| growth.stop(state, steps)) else { return status };
+        let Some(stop) = integrator.observe(|_, state| vibrations.stop(state, steps)) else { return status };
         Some(self.stop.insert(stop).status)
     }
 
@@ -693,19 +695,21 @@ impl<M: Model> Run<M> {
         self.has_mass |= self.integrator.steps() > 0;
         self.serialise_watch(tape);
         self.serialise_changes(tape);
-        self.serialise_growth(tape);
+        self.serialise_unstable_vibrations(tape);
         // Versions before do not know it.
         if self.resolves_impacts && !tape.is_over() {
             self.impact_resolver.serialise_rounding(tape);
         }
     }
 
-    fn serialise_growth(&mut self, tape: &mut Tape<'_>) {
+    fn serialise_unstable_vibrations(&mut self, tape: &mut Tape<'_>) {
         let Some(scheme) = self.integrator.fixed_scheme() else { return };
         // Memories of earlier versions lack it.
         if scheme.stability_limit().is_finite() && !tape.is_over() {
-            let (n, blank) = (self.q().len(), Box::new(Growth::empty(scheme, self.dt)));
-            tape.optional(&mut self.growth, blank, |tape, growth| growth.serialise(n, tape));
+            let (n, blank) = (self.q().len(), Box::new(UnstableVibrations::empty(scheme, self.dt)));
+            tape.optional(&mut self.unstable_vibrations, blank, |tape, vibrations| {
+                vibrations.serialise(n, tape);
+            });
         }
     }
 

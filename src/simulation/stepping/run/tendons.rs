@@ -293,7 +293,7 @@ impl<M: Model> Run<M> {
             return Ok(None);
         }
         if is_fixed {
-            // A plate that rocks on two cords comes to rest through infinitely many impacts: each cord pulls over the rest of this step, or
+            // A plate that rocks on two tendons comes to rest through infinitely many impacts: each tendon pulls over the rest of this step, or
             // not at all.
             changes.jumps = true;
             return Ok(None);

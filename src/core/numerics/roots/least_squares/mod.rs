@@ -18,7 +18,7 @@ pub use self::preferred::Form;
 
 pub use self::bounds::Bounds;
 use self::model::{Model, Step};
-use super::System;
+use super::NonlinearSystem;
 use crate::error::{Interrupted, Unfinished};
 use crate::numerics::linalg::{Matrix, norm};
 
@@ -31,11 +31,11 @@ const LARGEST_RADIUS: f64 = 4.0;
 /// The search stalls when the radius falls below this value.
 const SMALLEST_RADIUS: f64 = 1e-12;
 
-/// A step is accepted if it achieves the fraction `TAKEN` of the predicted decrease. Below `POOR` the radius
-/// shrinks to a quarter of the step, above `GOOD` it may double (Conn, Gould and Toint 2000, section 6.1).
-const TAKEN: f64 = 1e-4;
-const POOR: f64 = 0.25;
-const GOOD: f64 = 0.75;
+/// A step is accepted if it achieves the fraction `ACCEPTED_RATIO` of the predicted decrease. Below `POOR_RATIO` the radius
+/// shrinks to a quarter of the step, above `GOOD_RATIO` it may double (Conn, Gould and Toint 2000, section 6.1).
+const ACCEPTED_RATIO: f64 = 1e-4;
+const POOR_RATIO: f64 = 0.25;
+const GOOD_RATIO: f64 = 0.75;
 
 /// After a step that leaves more than `SLOW` of |R|, the search switches from the Gauss-Newton model to
 /// Newton's; after a step that leaves less than `FAST` it switches back, because Gauss-Newton converges
@@ -51,7 +51,7 @@ const ROUNDING: f64 = 10.0 * f64::EPSILON;
 const NO_PUSH: f64 = 1e-7;
 
 /// A least-squares system with knowledge about its unknowns.
-pub trait LeastSquares: System {
+pub trait LeastSquares: NonlinearSystem {
     /// Replaces an iterate by an equivalent better one, such as a shorter rotation vector.
     fn renew(&mut self, _x: &mut [f64]) {}
 }
@@ -106,7 +106,7 @@ pub struct Outcome {
     /// |R| at the result.
     pub norm: f64,
     /// Unknowns at active bounds.
-    pub held: Vec<usize>,
+    pub at_bounds: Vec<usize>,
     /// Counts of steps and evaluations.
     pub counters: Counters,
 }
@@ -160,8 +160,8 @@ pub fn solve(
         counters: Counters::default(),
     };
     let end = search.run(x).unwrap_or(End::Interrupted);
-    let held = if end == End::Interrupted { Vec::new() } else { search.held(x) };
-    let outcome = Outcome { end, norm: search.norm, held, counters: search.counters };
+    let at_bounds = if end == End::Interrupted { Vec::new() } else { search.at_bounds(x) };
+    let outcome = Outcome { end, norm: search.norm, at_bounds, counters: search.counters };
     if end == End::Interrupted { Err(Unfinished::new(outcome)) } else { Ok(outcome) }
 }
 
@@ -216,7 +216,7 @@ impl Search<'_> {
         loop {
             let model = Model::new(&self.jacobian, &self.residual, curvature.as_ref());
             let step = model.step(x, self.bounds, self.radius);
-            if step.promised <= ROUNDING * self.norm * (self.norm + self.options.terms) {
+            if step.predicted <= ROUNDING * self.norm * (self.norm + self.options.terms) {
                 if curvature.is_some() || self.options.second_order == SecondOrder::Never {
                     self.polish(x, &step)?;
                     return Ok(Trial::Ended(End::Minimum));
@@ -229,13 +229,13 @@ impl Search<'_> {
             let length = norm(&step.x);
             let there = self.try_step(x, &step)?;
             let reduction = 0.5 * (self.norm - there) * (self.norm + there);
-            let ratio = if there.is_finite() { reduction / step.promised } else { 0.0 };
-            if ratio < POOR {
+            let ratio = if there.is_finite() { reduction / step.predicted } else { 0.0 };
+            if ratio < POOR_RATIO {
                 self.radius = 0.25 * length;
-            } else if ratio > GOOD && length > 0.5 * self.radius {
+            } else if ratio > GOOD_RATIO && length > 0.5 * self.radius {
                 self.radius = (2.0 * self.radius).min(LARGEST_RADIUS);
             }
-            if ratio > TAKEN {
+            if ratio > ACCEPTED_RATIO {
                 let left = there / self.norm;
                 let is_slow = left > SLOW || (self.second_order && left > FAST);
                 self.second_order = is_slow && self.options.second_order != SecondOrder::Never;
@@ -297,7 +297,7 @@ impl Search<'_> {
     }
 
     /// Unknowns at bounds beyond which |R| would decrease.
-    fn held(&self, x: &[f64]) -> Vec<usize> {
+    fn at_bounds(&self, x: &[f64]) -> Vec<usize> {
         let model = Model::new(&self.jacobian, &self.residual, None);
         let is_held = |&i: &usize| {
             let push = model.gradient()[i];
@@ -315,7 +315,7 @@ mod tests {
     /// Equations with a row-major Jacobian.
     struct Equations<F, J>(usize, usize, F, J);
 
-    impl<F: Fn(&[f64]) -> Vec<f64>, J: Fn(&[f64]) -> Vec<f64>> System for Equations<F, J> {
+    impl<F: Fn(&[f64]) -> Vec<f64>, J: Fn(&[f64]) -> Vec<f64>> NonlinearSystem for Equations<F, J> {
         fn unknowns(&self) -> usize {
             self.0
         }
@@ -375,7 +375,7 @@ mod tests {
         for distance in [2.1, 5.0, 1000.0] {
             let target = [0.6 * distance, 0.8 * distance];
             let (outcome, x) = ends(target, [0.3, 0.9], &Bounds::none(2));
-            assert_eq!((outcome.end, outcome.held.len()), (End::Minimum, 0));
+            assert_eq!((outcome.end, outcome.at_bounds.len()), (End::Minimum, 0));
             assert!((outcome.norm - (distance - 2.0)).abs() < 1e-12 * distance);
             assert!((x[0] - 0.8_f64.atan2(0.6)).abs() < 1e-7 && x[1].abs() < 1e-7, "{distance}: {x:?}");
             assert!(outcome.counters.iterations < 20, "{distance}: {:?}", outcome.counters);
@@ -389,7 +389,7 @@ mod tests {
     fn bounds_hold_back() {
         let bounds = Bounds { lower: vec![-0.2, 0.5], upper: vec![0.2, 1.0] };
         let (outcome, x) = ends([0.0, 1.5], [0.0, 0.7], &bounds);
-        assert_eq!((outcome.end, x, outcome.held), (End::Minimum, [0.2, 1.0], vec![0, 1]));
+        assert_eq!((outcome.end, x, outcome.at_bounds), (End::Minimum, [0.2, 1.0], vec![0, 1]));
         // The straight arm is at a bound, so that only one of both ways to bend remains.
         let bounds = Bounds { lower: vec![-9.0, -3.0], upper: vec![9.0, 0.0] };
         let (outcome, x) = ends([1.0, 0.0], [0.0, 0.0], &bounds);

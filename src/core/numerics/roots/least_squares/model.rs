@@ -23,7 +23,7 @@ pub(super) struct Model<'a> {
 /// A step, and the decrease of `|R|^2 / 2` that the model predicts.
 pub(super) struct Step {
     pub(super) x: Vec<f64>,
-    pub(super) promised: f64,
+    pub(super) predicted: f64,
 }
 
 impl<'a> Model<'a> {
@@ -57,8 +57,8 @@ impl<'a> Model<'a> {
     }
 
     fn with_predicted_reduction(&self, step: Vec<f64>) -> Step {
-        let promised = -dot(&self.gradient, &step) - 0.5 * dot(&step, &self.product(&step));
-        Step { x: step, promised }
+        let predicted = -dot(&self.gradient, &step) - 0.5 * dot(&step, &self.product(&step));
+        Step { x: step, predicted }
     }
 
     /// Eigenvectors of the submatrix of these unknowns.
@@ -83,10 +83,10 @@ impl<'a> Model<'a> {
             (down && (up || push >= 0.0)) || (up && push <= 0.0)
         };
         let free: Vec<usize> = (0..x.len()).filter(is_free).collect();
-        let mut best = Step { x: vec![0.0; x.len()], promised: 0.0 };
+        let mut best = Step { x: vec![0.0; x.len()], predicted: 0.0 };
         let mut keep = |step: Vec<f64>| {
             let step = self.with_predicted_reduction(step);
-            if step.promised > best.promised {
+            if step.predicted > best.predicted {
                 best = step;
             }
         };

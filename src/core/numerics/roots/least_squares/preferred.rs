@@ -8,7 +8,7 @@
 use super::{Bounds, Counters, End, LeastSquares, Options, SecondOrder, solve};
 use crate::error::{Interrupted, Unfinished};
 use crate::numerics::linalg::{Matrix, bounded_least_squares, full_svd, norm};
-use crate::numerics::roots::System;
+use crate::numerics::roots::NonlinearSystem;
 
 /// Initial weight r^2 of the equations, its growth after rounds that leave more than the fraction `SLOW` of
 /// R, and its largest value, at which doubles still resolve the quadratic form (Nocedal and Wright 2006,
@@ -228,7 +228,7 @@ struct Augmented<'a> {
     weight: f64,
 }
 
-impl System for Augmented<'_> {
+impl NonlinearSystem for Augmented<'_> {
     fn unknowns(&self) -> usize {
         self.system.unknowns()
     }
@@ -272,7 +272,7 @@ mod tests {
 
     const WEAK: f64 = 1e-6;
 
-    impl System for Weak {
+    impl NonlinearSystem for Weak {
         fn unknowns(&self) -> usize {
             3
         }

@@ -23,7 +23,7 @@ pub(crate) struct ActuationState<P> {
     pub(crate) rates: Vec<f64>,
     pub(crate) forces: Vec<Force>,
     /// Forces that replace those of single actuators.
-    pub(crate) held: Vec<Option<f64>>,
+    pub(crate) fixed_tensions: Vec<Option<f64>>,
     /// Gradients of the lengths without straight parts, n numbers each.
     pub(crate) gradients: Vec<f64>,
     /// If any tendon has friction: generalised forces of unit forces without straight parts, n numbers each.
@@ -126,7 +126,7 @@ impl<P: Scalar> ActuationState<P> {
             lengths: vec![0.0; number],
             rates: vec![0.0; number],
             forces: vec![Force::default(); number],
-            held: vec![None; number],
+            fixed_tensions: vec![None; number],
             gradients: vec![0.0; number * n],
             distributions: vec![0.0; if has_friction { number * n } else { 0 }],
             work_rates: vec![0.0; number],

@@ -18,7 +18,7 @@ use crate::robot::turning::Turning;
 pub(super) const LONGER: f64 = 1.2;
 
 /// Step of differences along sections that are not round, as a fraction of the distance of two samples.
-pub(super) const BESIDE: f64 = 1e-5;
+pub(super) const DIFFERENCE_STEP: f64 = 1e-5;
 
 /// Bound of the deviation of a curve from that cubic, as a fraction of its length.
 const ROUGHNESS: f64 = 0.02;
@@ -262,7 +262,7 @@ impl Part<'_> {
         let [_, slope, bend] = self.at(x);
         let square = slope.dot(slope).max(f64::MIN_POSITIVE);
         // Towards the middle, so that it is within the part.
-        let next = if x < 0.5 { x + BESIDE } else { x - BESIDE };
+        let next = if x < 0.5 { x + DIFFERENCE_STEP } else { x - DIFFERENCE_STEP };
         let across = bend - slope * (slope.dot(bend) / square);
         Continuation {
             bend: across * square.recip(),

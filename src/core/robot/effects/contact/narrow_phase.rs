@@ -4,7 +4,7 @@
 //! of its curve, the zeros of the gap bound the overlapping part, over which Gaussian quadrature is used.
 //! Forces thus follow the ends of a contact continuously along the rod, without an influence of the nodes.
 
-use super::curve::{BESIDE, Part, Shape, part};
+use super::curve::{DIFFERENCE_STEP, Part, Shape, part};
 use super::intervals::{Gap, SAME_PLACE, changes, up_to_clearance};
 use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
@@ -419,7 +419,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         // Sections rotate along the rod: the slope is a difference of neighbours.
         let gap = |x: f64| {
-            let [before, after] = [(x - BESIDE).max(0.0), (x + BESIDE).min(1.0)];
+            let [before, after] = [(x - DIFFERENCE_STEP).max(0.0), (x + DIFFERENCE_STEP).min(1.0)];
             (value(x), (value(after) - value(before)) / (after - before))
         };
         let ends = [gap(0.0), gap(1.0)];

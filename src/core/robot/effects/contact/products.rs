@@ -11,7 +11,7 @@ use crate::robot::effects::contact::plan::Contacts;
 use crate::robot::plan::space::Space;
 
 /// Number of products that are summed at once: those of sixteen contact points, which still are near the processor.
-const MOST: usize = 7 * 16;
+const MAX_PRODUCTS: usize = 7 * 16;
 
 /// Largest number of products of a side of a contact point: its wrench, and the shares of its nodes.
 const OF_A_SIDE: usize = 7;
@@ -37,7 +37,11 @@ impl Products {
     pub(super) fn new<G: Space>(contacts: &Contacts<G>) -> Self {
         let numbers = contacts.pairs.iter().map(|pair| pair.reaches.iter().map(Range::len).sum());
         let rows = numbers.max().unwrap_or(0);
-        let factors = || Factors { left: vec![0.0; MOST * rows], right: vec![0.0; MOST * rows], columns: 0 };
+        let factors = || Factors {
+            left: vec![0.0; MAX_PRODUCTS * rows],
+            right: vec![0.0; MAX_PRODUCTS * rows],
+            columns: 0,
+        };
         Self { sides: [factors(), factors()], rows }
     }
 
@@ -60,7 +64,7 @@ impl Products {
 
     /// Whether the products of another contact point may not fit.
     pub(super) fn are_full(&self) -> bool {
-        self.sides.iter().any(|factors| factors.columns + OF_A_SIDE > MOST)
+        self.sides.iter().any(|factors| factors.columns + OF_A_SIDE > MAX_PRODUCTS)
     }
 
     /// Adds the products to the tangent, and forgets them.
@@ -102,7 +106,11 @@ mod tests {
     fn products_are_those_of_all_contact_points() {
         let (n, reaches) = (9, [1..3, 5..9]);
         let rows = 6;
-        let factors = || Factors { left: vec![0.0; MOST * rows], right: vec![0.0; MOST * rows], columns: 0 };
+        let factors = || Factors {
+            left: vec![0.0; MAX_PRODUCTS * rows],
+            right: vec![0.0; MAX_PRODUCTS * rows],
+            columns: 0,
+        };
         let mut products = Products { sides: [factors(), factors()], rows };
         let mut tangent = Matrix::from_fn(n, n, |i, j| (i + 2 * j) as f64);
         let mut wanted = tangent.clone();

@@ -38,7 +38,11 @@ pub(crate) fn frames<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, tie: &TieP
 }
 
 /// Moment about the second origin, and force there, of the multipliers on the second end.
-pub(crate) fn held<P>(tie: &TiePlan<P>, frames: &[Frame; 2], multipliers: &[f64]) -> [Vector<f64>; 2] {
+pub(crate) fn constraint_wrench<P>(
+    tie: &TiePlan<P>,
+    frames: &[Frame; 2],
+    multipliers: &[f64],
+) -> [Vector<f64>; 2] {
     let mut sum = [Vector::zero(); 2];
     for (row, &multiplier) in tie.rows.iter().zip(&multipliers[tie.first..]) {
         let [moment, force] = row.wrench(frames);
@@ -57,7 +61,7 @@ fn needed_at<G: Turning>(
     let (i, end) = (tied / 2, tied % 2);
     let tie = &plan.effects.loops.ties[i];
     let frames = &work.effects.loops.frames[i];
-    let [mut moment, mut force] = held(tie, frames, &work.effects.loops.multipliers);
+    let [mut moment, mut force] = constraint_wrench(tie, frames, &work.effects.loops.multipliers);
     if end == 0 {
         let way = frames[1].position - frames[0].position;
         (moment, force) = (-(moment + way.cross(force)), -force);
@@ -177,7 +181,7 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
             }
         }
         let way = frames[1].position - frames[0].position;
-        let [_, force] = held(tie, frames, &work.effects.loops.multipliers);
+        let [_, force] = constraint_wrench(tie, frames, &work.effects.loops.multipliers);
         for &k in &tie.reaches {
             let mut change = [Vector::zero(); 2];
             for (row, &multiplier) in tie.rows.iter().zip(multipliers) {

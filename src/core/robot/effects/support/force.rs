@@ -63,7 +63,7 @@ impl Anchor {
 
     /// Moment and force on the section.
     fn moment_and_force(&self, section: &HeldSection) -> [Vector<f64>; 2] {
-        let [moment, force] = self.held.unwrap_or_else(|| self.elastic(section));
+        let [moment, force] = self.fixed_forces.unwrap_or_else(|| self.elastic(section));
         let velocity = section.velocity - self.velocity;
         [moment - self.rotational_damping.times(section.angular), force - self.damping.times(velocity)]
     }
@@ -119,7 +119,7 @@ impl Anchor {
                 let [turn, shift] = local(displacement);
                 let mut turned = -self.rotational_damping.times(turn.cross(section.angular));
                 let mut shifted = -self.damping.times(turn.cross(section.velocity));
-                match self.held {
+                match self.fixed_forces {
                     // The mean of a moment with fixed direction and a follower moment has a potential, as
                     // springs do.
                     Some([moment, _]) => turned += turn.cross(moment) * 0.5,
@@ -164,7 +164,7 @@ impl Anchor {
 pub(crate) struct Supports;
 
 /// The anchors, with the state of their sections.
-fn held<'a, G: Turning>(
+fn anchored_sections<'a, G: Turning>(
     plan: &'a Plan<G>,
     work: &'a Workspace<G>,
 ) -> impl Iterator<Item = (&'a Anchor, &'a PointState<G>)> {
@@ -206,7 +206,7 @@ impl<G: Turning> PointResponse<G> for Supports {
 
 impl<G: Turning> StoredEnergy<G> for Supports {
     fn add_energy(plan: &Plan<G>, work: &Workspace<G>, energy: &mut Energy) {
-        for (anchor, state) in held(plan, work) {
+        for (anchor, state) in anchored_sections(plan, work) {
             energy.elastic += anchor.energy(plan.frame, state);
         }
     }
@@ -218,7 +218,7 @@ impl<G: Turning> Dissipation<G> for Supports {
     }
 
     fn dissipated_power(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
-        held(plan, work).map(|(anchor, state)| anchor.dissipated_power(plan.frame, state)).sum()
+        anchored_sections(plan, work).map(|(anchor, state)| anchor.dissipated_power(plan.frame, state)).sum()
     }
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct Anchor {
     pub(crate) turning: [f64; 3],
     pub(crate) rotational_damping: Symmetric<f64>,
     /// Moment and force that replace those of the springs.
-    pub(crate) held: Option<[Vector<f64>; 2]>,
+    pub(crate) fixed_forces: Option<[Vector<f64>; 2]>,
 }
 
 /// Coefficients of a support along and about the axes of its anchor.
@@ -51,13 +51,13 @@ impl Anchor {
             axes,
             turning,
             along_axes,
-            held: None,
+            fixed_forces: None,
         }
     }
 
     /// Replaces moment and force of the springs by these values for any pose; `None` undoes that.
     pub(crate) fn hold(&mut self, forces: Option<[Vector<f64>; 2]>) {
-        self.held = forces;
+        self.fixed_forces = forces;
     }
 
     /// An anchor given in the frame of the base at rest, relative to the current base.

@@ -396,7 +396,7 @@ impl<G: Turning> CoordinateForce<G> for Actuators {
                     Law::Inextensible { place } => multipliers[plan.effects.loops.first_length() + place],
                     _ => state.commands[i],
                 };
-                state.forces[i] = match state.held[i] {
+                state.forces[i] = match state.fixed_tensions[i] {
                     Some(value) => Force { value, ..Force::default() },
                     None => law::force(actuator.law, state.lengths[i], state.rates[i], command),
                 };

@@ -2,15 +2,15 @@
 //! the balance of forces.
 
 use super::problem::{Problem, Shape, add_transposed, scaled, times};
-use super::scale::{NOTHING, Scale};
+use super::scale::{NEGLIGIBLE_FORCE, Scale};
 use crate::model::chart;
 use crate::numerics::linalg::{Matrix, bounded_least_squares, norm, thin_svd};
 
 /// Rows depend on others if orthogonalisation leaves less than this part of them.
 const REDUNDANT: f64 = 1e-9;
 
-/// A cord that does not stretch is taut if it lacks less than this part of its span.
-const TAUT: f64 = 1e-9;
+/// A tendon that does not stretch is taut if it lacks less than this part of its span.
+const LARGEST_TAUT_SHORTAGE: f64 = 1e-9;
 
 /// Rounding of a length relative to its span.
 const ROUNDING_OF_LENGTHS: f64 = 2e-15;
@@ -20,12 +20,12 @@ const UNSTRAINED: f64 = 1e-4;
 
 /// Independent rows: `G p = -g` becomes `V p = -T g` with orthonormal rows `V = T G`.
 #[derive(Clone, Debug)]
-pub(super) struct Reduced {
+pub(super) struct IndependentRows {
     pub(super) rows: Matrix,
     pub(super) transform: Matrix,
 }
 
-impl Reduced {
+impl IndependentRows {
     pub(super) fn new(rows: &Matrix) -> Self {
         let (m, n) = rows.shape();
         let none = Self { rows: Matrix::zeros(0, n), transform: Matrix::zeros(0, m) };
@@ -47,8 +47,8 @@ impl Reduced {
     /// The part of a force outside the range of the rows.
     pub(super) fn free(&self, force: &[f64]) -> Vec<f64> {
         let mut left = force.to_vec();
-        let held: Vec<f64> = times(&self.rows, force).into_iter().map(|x| -x).collect();
-        add_transposed(&self.rows, &held, &mut left);
+        let along: Vec<f64> = times(&self.rows, force).into_iter().map(|x| -x).collect();
+        add_transposed(&self.rows, &along, &mut left);
         left
     }
 }
@@ -57,7 +57,7 @@ impl Reduced {
 pub(super) struct Balance {
     /// Multipliers of the loops.
     pub(super) multipliers: Vec<f64>,
-    /// Tensions of cords, not negative, and amplitudes of springs.
+    /// Tensions of tendons, not negative, and amplitudes of springs.
     pub(super) tensions: Vec<f64>,
     /// Residual forces, along coordinates and along steps.
     pub(super) raw_gradient: Vec<f64>,
@@ -71,21 +71,21 @@ pub(super) struct Balance {
 impl Balance {
     pub(super) fn new(problem: &Problem<'_>, shape: &Shape, scale: &Scale) -> Self {
         let w = &scale.w;
-        let held = Reduced::new(&scaled(&shape.gap_rows, w));
-        let tensions = tensions(problem, shape, w, &held);
+        let constraints = IndependentRows::new(&scaled(&shape.gap_rows, w));
+        let tensions = tensions(problem, shape, w, &constraints);
         let mut force = shape.force.clone();
         add_transposed(&shape.rows, &tensions, &mut force);
         let along: Vec<f64> = force.iter().zip(w).map(|(force, w)| force * w).collect();
-        let parts: Vec<f64> = times(&held.rows, &along).into_iter().map(|x| -x).collect();
+        let parts: Vec<f64> = times(&constraints.rows, &along).into_iter().map(|x| -x).collect();
         let mut multipliers = vec![0.0; shape.gaps.len()];
-        add_transposed(&held.transform, &parts, &mut multipliers);
+        add_transposed(&constraints.transform, &parts, &mut multipliers);
         let raw_gradient = problem.raw_gradient(shape, &multipliers, &tensions);
         let mut gradient = raw_gradient.clone();
         chart::forces(&problem.turns, &shape.q, &mut gradient);
         // A residual along a tendon whose tension follows from its length is rounding of that tension.
         let by_length = problem.tensions(&shape.excess);
         let pulls: Vec<f64> =
-            tensions.iter().zip(by_length).map(|(own, other)| own.abs().max(other.abs())).collect();
+            tensions.iter().zip(by_length).map(|(tension, other)| tension.abs().max(other.abs())).collect();
         let work = work(problem, shape, &multipliers, &pulls, scale);
         let error = gradient
             .iter()
@@ -96,16 +96,17 @@ impl Balance {
     }
 }
 
-/// Tensions from lengths where these are accurate enough; tensions of taut inextensible cords, and of elastic ones within rounding of their
+/// Tensions from lengths where these are accurate enough; tensions of taut inextensible tendons, and of elastic ones within rounding of their
 /// lengths, by least squares of the remaining balance.
-fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> Vec<f64> {
+fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], constraints: &IndependentRows) -> Vec<f64> {
     let m = shape.excess.len();
     let mut tensions = problem.tensions(&shape.excess);
     if m == 0 {
         return tensions;
     }
-    let free =
-        |force: &[f64]| held.free(&force.iter().zip(w).map(|(force, w)| force * w).collect::<Vec<_>>());
+    let free = |force: &[f64]| {
+        constraints.free(&force.iter().zip(w).map(|(force, w)| force * w).collect::<Vec<_>>())
+    };
     let left = |tensions: &[f64]| {
         let mut force = shape.force.clone();
         add_transposed(&shape.rows, tensions, &mut force);
@@ -114,13 +115,14 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     let columns = |rows: &[usize], size: &dyn Fn(usize) -> f64| {
         let mut columns = Matrix::zeros(w.len(), rows.len());
         for (k, &row) in rows.iter().enumerate() {
-            let own: Vec<f64> = shape.rows.row(row).iter().map(|x| x * size(row)).collect();
-            columns.column_mut(k).copy_from_slice(&free(&own));
+            let column: Vec<f64> = shape.rows.row(row).iter().map(|x| x * size(row)).collect();
+            columns.column_mut(k).copy_from_slice(&free(&column));
         }
         columns
     };
-    let taut: Vec<usize> =
-        (0..m).filter(|&row| problem.is_rigid(row) && shape.excess[row] > -TAUT * shape.spans[row]).collect();
+    let taut: Vec<usize> = (0..m)
+        .filter(|&row| problem.is_rigid(row) && shape.excess[row] > -LARGEST_TAUT_SHORTAGE * shape.spans[row])
+        .collect();
     if !taut.is_empty() {
         let missing = left(&tensions);
         let size = norm(&missing);
@@ -133,7 +135,7 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     }
     let rounding = |row: usize| {
         let most = problem.stiffness[row] * ROUNDING_OF_LENGTHS * shape.spans[row];
-        if problem.is_cord(row) { most.min(tensions[row]) } else { most }
+        if problem.is_one_sided(row) { most.min(tensions[row]) } else { most }
     };
     let stiff: Vec<usize> = (0..m)
         .filter(|&row| !problem.is_rigid(row) && rounding(row) > 10.0 * f64::EPSILON * tensions[row].abs())
@@ -162,7 +164,7 @@ fn tensions(problem: &Problem<'_>, shape: &Shape, w: &[f64], held: &Reduced) -> 
     tensions
 }
 
-/// Summed magnitudes of the generalised forces: weight and loads in any direction, the material, loops, cords and springs, and for
+/// Summed magnitudes of the generalised forces: weight and loads in any direction, the material, loops, tendons and springs, and for
 /// contacts the largest value along any coordinate of the same part.
 fn work(
     problem: &Problem<'_>,
@@ -177,22 +179,25 @@ fn work(
             let of_material: f64 = (0..n).map(|k| problem.material[(j, k)].abs() * shape.q[k].abs()).sum();
             let of_loops: f64 =
                 multipliers.iter().enumerate().map(|(i, x)| (x * shape.gap_rows[(i, j)]).abs()).sum();
-            let of_cords: f64 =
+            let of_tendons: f64 =
                 tensions.iter().enumerate().map(|(i, x)| (x * shape.reach[(i, j)]).abs()).sum();
             let least = UNSTRAINED * problem.material[(j, j)].abs() * sizes[j];
-            (scale.loads[j] + of_material + shape.force[j].abs() + of_loops + of_cords).max(least)
+            (scale.loads[j] + of_material + shape.force[j].abs() + of_loops + of_tendons).max(least)
         })
         .collect();
     let mut first = 0;
     for &part in &problem.parts {
-        let own = first..first + part;
-        if let Some(forces) = shape.contact_force.get(own.clone()) {
-            let most =
-                forces.iter().zip(&sizes[own.clone()]).map(|(x, size)| (x * size).abs()).fold(0.0, f64::max);
-            own.clone().for_each(|k| work[k] += most / sizes[k]);
+        let range = first..first + part;
+        if let Some(forces) = shape.contact_force.get(range.clone()) {
+            let most = forces
+                .iter()
+                .zip(&sizes[range.clone()])
+                .map(|(x, size)| (x * size).abs())
+                .fold(0.0, f64::max);
+            range.clone().for_each(|k| work[k] += most / sizes[k]);
         }
-        let most = own.clone().map(|k| work[k] * sizes[k]).fold(0.0, f64::max);
-        own.for_each(|k| work[k] = work[k].max(NOTHING * most / sizes[k]));
+        let most = range.clone().map(|k| work[k] * sizes[k]).fold(0.0, f64::max);
+        range.for_each(|k| work[k] = work[k].max(NEGLIGIBLE_FORCE * most / sizes[k]));
         first += part;
     }
     for &k in &problem.turns {

@@ -23,7 +23,7 @@ const LONGEST: f64 = 1.0;
 
 /// A motion that grows from a state.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Growth {
+pub(super) struct GrowthResolution {
     /// Rate of growth, and absolute value of the complex rate, in 1/s.
     rate: f64,
     speed: f64,
@@ -34,10 +34,10 @@ pub(super) struct Growth {
     /// Absolute value of the complex rate times the duration of the growth.
     radians: f64,
     /// Elastic stiffness over the square of the speed times the mass.
-    held: f64,
+    elastic_share: f64,
 }
 
-impl Growth {
+impl GrowthResolution {
     /// Growth from a state q for at most this time. `size` is the amplitude that the state or loads excite.
     pub(super) fn new<M: Model>(model: &mut M, q: &[f64], growing: &Growing, size: f64, time: f64) -> Self {
         let begins = size * growing.reach(model, q);
@@ -50,7 +50,7 @@ impl Growth {
             exponent: growing.rate * lasts(begins.max(ROUNDING_OF_STATES)),
             reach: reach.min(FARTHEST),
             radians: growing.speed * lasts(begins.max(ROUNDING_OF_STATES)),
-            held: growing.elastic(model, q) / growing.speed.powi(2),
+            elastic_share: growing.elastic(model, q) / growing.speed.powi(2),
         }
     }
 
@@ -82,7 +82,7 @@ impl Growth {
 
     /// Error if the relative error of stiffnesses is such that frequencies have this relative error.
     pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
-        self.reach * (self.radians * self.held * relative).min(1.0)
+        self.reach * (self.radians * self.elastic_share * relative).min(1.0)
     }
 
     /// Longest step for which the error stays within its share of `wanted`, times `tightening`. Runs with different tolerances must not
@@ -109,8 +109,8 @@ mod tests {
     use super::super::integrator::{DOP853, RADAU};
     use super::*;
 
-    fn growth(reach: f64) -> Growth {
-        Growth { rate: 4.0, speed: 5.0, exponent: 12.0, reach, radians: 15.0, held: 2.0 }
+    fn growth(reach: f64) -> GrowthResolution {
+        GrowthResolution { rate: 4.0, speed: 5.0, exponent: 12.0, reach, radians: 15.0, elastic_share: 2.0 }
     }
 
     #[test]
@@ -127,9 +127,10 @@ mod tests {
 
     #[test]
     fn only_what_rounding_grows_to_is_doubted() {
-        let of = |exponent: f64| Growth::doubt(&[Growth { exponent, ..growth(0.0) }], 1e-3);
+        let of =
+            |exponent: f64| GrowthResolution::doubt(&[GrowthResolution { exponent, ..growth(0.0) }], 1e-3);
         assert!(of(20.0).is_none());
         assert!(of(30.0).unwrap().contains("(4.000 per second)"));
-        assert!(Growth::doubt(&[], 1e-3).is_none());
+        assert!(GrowthResolution::doubt(&[], 1e-3).is_none());
     }
 }

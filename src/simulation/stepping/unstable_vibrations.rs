@@ -28,15 +28,15 @@ const MOST_COORDINATES: usize = 256;
 
 /// The vibrations that grow, about one state.
 #[derive(Clone, Debug)]
-pub(super) struct Growth {
+pub(super) struct UnstableVibrations {
     dt: f64,
     limit: f64,
-    modes: Vec<Growing>,
+    modes: Vec<UnstableVibration>,
 }
 
 /// A vibration that grows.
 #[derive(Clone, Debug)]
-struct Growing {
+struct UnstableVibration {
     /// Frequency in rad/s.
     frequency: f64,
     /// Natural logarithm of the factor by which it grows in a step.
@@ -47,7 +47,7 @@ struct Growing {
     momentum: Vec<f64>,
 }
 
-impl Growth {
+impl UnstableVibrations {
     /// Vibrations about this state that grow in steps of the size `dt`. `None` if there are none: always for unconditionally stable
     /// schemes, and for models that are too large or have no spectrum there.
     pub(super) fn new<M: Model>(model: &mut M, state: State<'_>, scheme: Scheme, dt: f64) -> Option<Self> {
@@ -65,7 +65,12 @@ impl Growth {
             let rate = scheme.amplification(mode.damping * dt, (mode.frequency * dt).powi(2)).ln();
             if rate > 0.0 {
                 let size = size(model, q, &mode);
-                modes.push(Growing { frequency: mode.frequency, rate, size, momentum: mode.momentum });
+                modes.push(UnstableVibration {
+                    frequency: mode.frequency,
+                    rate,
+                    size,
+                    momentum: mode.momentum,
+                });
             }
         }
         (!modes.is_empty()).then_some(Self { dt, limit, modes })
@@ -73,7 +78,7 @@ impl Growth {
 
     /// Why the motion ended, if one of the vibrations has grown within this number of steps.
     pub(super) fn stop(&self, state: State<'_>, steps: usize) -> Option<Stop> {
-        let has_grown = |mode: &&Growing| {
+        let has_grown = |mode: &&UnstableVibration| {
             let amplitude = dot(&mode.momentum, state.a).abs() * (self.dt / self.limit).powi(2);
             let is_small = amplitude * mode.size <= GROWN;
             mode.rate * steps as f64 > LEAST_GROWTH.ln() && !is_small
@@ -101,13 +106,13 @@ impl Growth {
     pub(super) fn serialise(&mut self, n: usize, tape: &mut Tape<'_>) {
         let mut count = self.modes.len();
         tape.below(n + 1, &mut count);
-        self.modes.resize_with(count, || Growing {
+        self.modes.resize_with(count, || UnstableVibration {
             frequency: 0.0,
             rate: 0.0,
             size: 0.0,
             momentum: vec![0.0; n],
         });
-        for Growing { frequency, rate, size, momentum } in &mut self.modes {
+        for UnstableVibration { frequency, rate, size, momentum } in &mut self.modes {
             [frequency, rate, size].into_iter().for_each(|number| tape.number(number));
             tape.numbers(momentum);
         }

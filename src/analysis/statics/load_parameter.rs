@@ -28,7 +28,7 @@ impl InputPath {
 }
 
 /// Meaning of the load factor.
-pub(super) enum Growth {
+pub(super) enum LoadParameter {
     /// Fraction of all loads that acts.
     Loads,
     /// Position of the inputs along their path.
@@ -46,7 +46,7 @@ pub(super) struct Inputs {
     tangent: Matrix,
 }
 
-impl Growth {
+impl LoadParameter {
     pub(super) fn of_inputs(path: &InputPath, n: usize) -> Self {
         let InputPath { from, to, time } = path.clone();
         let change = from.iter().zip(&to).map(|(from, to)| to - from).collect();
@@ -132,36 +132,37 @@ mod tests {
     const Q: [f64; 2] = [0.3, -0.2];
     const REST: [f64; 2] = [0.0; 2];
 
-    fn forces(growth: &mut Growth, model: &mut RobotModel, load_factor: f64) -> [f64; 2] {
+    fn forces(load_parameter: &mut LoadParameter, model: &mut RobotModel, load_factor: f64) -> [f64; 2] {
         let mut tau = [0.0; 2];
-        growth.set(model, load_factor).unwrap();
+        load_parameter.set(model, load_factor).unwrap();
         model.inverse_dynamics(&Q, &REST, &REST, &mut tau);
         tau
     }
 
     #[test]
     fn inputs_go_straight_from_one_place_to_the_other_at_their_time() {
-        let mut growth = Growth::of_inputs(&path(), 2);
+        let mut load_parameter = LoadParameter::of_inputs(&path(), 2);
         for (load_factor, u) in [(0.0, [0.5, 0.29]), (1.0, [2.5, 0.28]), (-0.5, [-0.5, 0.295])] {
-            let found = growth.inputs_at(load_factor).unwrap();
+            let found = load_parameter.inputs_at(load_factor).unwrap();
             assert!(found.iter().zip(u).all(|(found, u)| (found - u).abs() < 1e-15), "{found:?}");
             let (mut one, mut other) = (model(), model());
             other.set_inputs(&found);
             other.set_time(0.25).unwrap();
             let mut expected = [0.0; 2];
             other.inverse_dynamics(&Q, &REST, &REST, &mut expected);
-            assert_eq!(forces(&mut growth, &mut one, load_factor), expected);
+            assert_eq!(forces(&mut load_parameter, &mut one, load_factor), expected);
         }
     }
 
     #[test]
     fn the_load_is_the_derivative_by_the_load_factor() {
-        let (mut growth, mut model) = (Growth::of_inputs(&path(), 2), model());
+        let (mut load_parameter, mut model) = (LoadParameter::of_inputs(&path(), 2), model());
         let step = 1e-4;
-        let [before, after] = [0.4 - step, 0.4 + step].map(|factor| forces(&mut growth, &mut model, factor));
-        growth.set(&mut model, 0.4).unwrap();
+        let [before, after] =
+            [0.4 - step, 0.4 + step].map(|factor| forces(&mut load_parameter, &mut model, factor));
+        load_parameter.set(&mut model, 0.4).unwrap();
         let mut load = [f64::NAN; 2];
-        let Growth::Inputs(inputs) = &mut growth else { panic!("inputs grow") };
+        let LoadParameter::Inputs(inputs) = &mut load_parameter else { panic!("inputs grow") };
         inputs.load(&mut model, &Q, &REST, &mut load);
         let differences = [0, 1].map(|i| (after[i] - before[i]) / (2.0 * step));
         let scale = differences[0].abs().max(differences[1].abs());
@@ -173,14 +174,14 @@ mod tests {
     #[test]
     fn where_loads_grow_no_input_is_touched() {
         let (mut grown, mut left) = (model(), model());
-        let mut growth = Growth::Loads;
-        assert!(growth.inputs_at(0.5).is_none());
+        let mut load_parameter = LoadParameter::Loads;
+        assert!(load_parameter.inputs_at(0.5).is_none());
         let mut tau = [0.0; 2];
         for model in [&mut grown, &mut left] {
             model.set_time(0.0).unwrap();
         }
         left.inverse_dynamics(&Q, &REST, &REST, &mut tau);
-        assert_eq!(forces(&mut growth, &mut grown, 0.5), tau);
+        assert_eq!(forces(&mut load_parameter, &mut grown, 0.5), tau);
     }
 
     #[test]

@@ -1,98 +1,107 @@
-//! Homotopy in the stiffness of contacts.
+//! Continuation in the stiffness of contacts.
 //!
 //! The stiffer surfaces are, the shorter are the steps for which linearised contacts are valid. Therefore shapes are first searched with
 //! contacts as soft as the forces allow; these shapes start searches with stiffer ones (penalty continuation: Nocedal and Wright 2006,
-//! section 17.1). Obstacles of thin rods are larger with soft contacts, and shrink from search to search. The last search uses the contacts of the model, so that its result is an equilibrium of these; the soft contacts only
-//! determine its start.
+//! section 17.1). Obstacles of thin rods are larger with soft contacts, and shrink from search to search. The last search uses the
+//! contacts of the model, so that its result is an equilibrium of these; the soft contacts only determine its start.
 
 use crate::analysis::normalised;
 use crate::model::{Softened, Static, chart};
 use crate::numerics::linalg::Matrix;
 
-/// This part of the estimated forces presses the softest surfaces into each other by their thickness.
-const FIRST: f64 = 0.3;
+/// This fraction of the estimated forces presses the softest surfaces into each other by their thickness.
+const SOFTEST_FRACTION: f64 = 0.3;
 
 /// Factor between stiffnesses, unless overlaps are so small that a shape hardly depends on them.
-const FACTOR: f64 = 10.0;
+const STIFFNESS_FACTOR: f64 = 10.0;
 
 /// Tolerance of searches with soft contacts, relative to the forces.
-pub(super) const LOOSE: f64 = 1e-4;
+pub(super) const SOFT_TOLERANCE: f64 = 1e-4;
 
 /// More iterations than this number do not help with soft contacts.
-pub(super) const LONGEST: usize = 100;
+pub(super) const MAX_SOFT_ITERATIONS: usize = 100;
 
 /// Beyond this overlap over the thickness, surfaces may be on either side of each other.
-pub(super) const DEEP: f64 = 0.5;
+pub(super) const DEEP_OVERLAP: f64 = 0.5;
 
 /// Beyond this overlap over the thickness, the middle of a surface may be inside the other one.
-const INSIDE: f64 = 1.0;
+const INSIDE_OVERLAP: f64 = 1.0;
 
 /// Overlap over the thickness, of surfaces with two sides, beyond which a path between two shapes passes through them. Paths too short
 /// for the tunnelling check are judged by the overlap at their end.
-pub(super) fn inside(model: &mut dyn Static, ends: [&[f64]; 2]) -> f64 {
+pub(super) fn tunnelling_overlap(model: &mut dyn Static, ends: [&[f64]; 2]) -> f64 {
     let overlaps = ends.map(|q| model.deepest_overlaps(q)[1]);
-    overlaps.into_iter().fold(INSIDE, f64::max)
+    overlaps.into_iter().fold(INSIDE_OVERLAP, f64::max)
 }
 
-/// Use of a shape with soft contacts in the next search.
+/// The start of the search that follows one with softer contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Rung {
-    /// The start of the next search.
-    Start,
-    /// An equilibrium without contact, which is valid for any stiffness.
-    Free,
-    /// No start: the next search begins from the initial shape.
-    Dropped,
+pub(super) enum NextStart {
+    /// The last shape of the softer search.
+    LastShape,
+    /// The last shape, an equilibrium without contact, which is valid for any stiffness.
+    WithoutContact,
+    /// The shape from which the softer search began.
+    InitialShape,
 }
 
 /// Softened contacts of a search, which begins at a shape.
-pub(super) struct Ladder {
+pub(super) struct StiffnessContinuation {
     /// Forces on every pair of surfaces, newtons.
     forces: Vec<f64>,
-    part: f64,
+    /// The part of these forces that presses surfaces into each other by their thickness.
+    fraction: f64,
 }
 
-/// Growth of obstacles with contacts of this stiffness, over the largest one: forces press surfaces into each other by the same part of it in
-/// every search.
-fn growth(part: f64) -> f64 {
-    part.sqrt().recip()
+/// Enlargement of obstacles with contacts of this stiffness, over the largest one: forces press surfaces into each other by the same part of
+/// it in every search.
+fn enlargement(fraction: f64) -> f64 {
+    fraction.sqrt().recip()
 }
 
-impl Ladder {
+impl StiffnessContinuation {
     pub(super) fn new(model: &mut dyn Static, q: &[f64]) -> Self {
-        Self { forces: forces_on_contacts(model, q), part: FIRST }
+        Self { forces: forces_on_contacts(model, q), fraction: SOFTEST_FRACTION }
     }
 
     /// Softens the contacts for the next search. False if none became softer.
     pub(super) fn soften(&self, model: &mut dyn Static) -> bool {
-        let Self { forces, part } = self;
-        model.soften_contact(Some(Softened { forces, part: *part, growth: growth(*part) }))
+        let Self { forces, fraction } = self;
+        model.soften_contact(Some(Softened {
+            forces,
+            fraction: *fraction,
+            enlargement: enlargement(*fraction),
+        }))
     }
 
-    /// The part of the forces in the next search.
-    pub(super) fn part(&self) -> f64 {
-        self.part
+    /// The fraction of the forces in the next search.
+    pub(super) fn fraction(&self) -> f64 {
+        self.fraction
     }
 
-    /// Shrinks obstacles by this fraction of the change from the search with `part` to the next one, without a change of the stiffness.
-    pub(super) fn shrink(&self, model: &mut dyn Static, part: f64, fraction: f64) {
-        let growth = growth(part) + fraction * (growth(self.part) - growth(part));
-        model.soften_contact(Some(Softened { forces: &self.forces, part, growth }));
+    /// Shrinks obstacles by this part of the change from the search with `fraction` to the next one, without a change of the stiffness.
+    pub(super) fn shrink(&self, model: &mut dyn Static, fraction: f64, part: f64) {
+        let enlargement = enlargement(fraction) + part * (enlargement(self.fraction) - enlargement(fraction));
+        model.soften_contact(Some(Softened { forces: &self.forces, fraction, enlargement }));
     }
 
     /// Use of the last shape of a search in the next one, with this overlap over the thickness there and at most `deepest` on the way.
     /// If nothing touches although surfaces were deep in each other, they may have passed through. Without deep overlaps, a shape
     /// that is not in equilibrium is a start as well.
-    pub(super) fn next_rung(&mut self, overlap: f64, deepest: f64, has_converged: bool) -> Rung {
-        let is_sound = deepest <= DEEP;
-        let rung = match (has_converged, overlap > 0.0) {
-            (true, true) => Rung::Start,
-            (true, false) if is_sound => Rung::Free,
-            (false, _) if is_sound => Rung::Start,
-            _ => Rung::Dropped,
+    pub(super) fn next_start(&mut self, overlap: f64, deepest: f64, has_converged: bool) -> NextStart {
+        let is_sound = deepest <= DEEP_OVERLAP;
+        let next = match (has_converged, overlap > 0.0) {
+            (true, true) => NextStart::LastShape,
+            (true, false) if is_sound => NextStart::WithoutContact,
+            (false, _) if is_sound => NextStart::LastShape,
+            _ => NextStart::InitialShape,
         };
-        self.part *= if has_converged && overlap > 0.0 { FACTOR.max(overlap.recip()) } else { FACTOR };
-        rung
+        self.fraction *= if has_converged && overlap > 0.0 {
+            STIFFNESS_FACTOR.max(overlap.recip())
+        } else {
+            STIFFNESS_FACTOR
+        };
+        next
     }
 }
 
