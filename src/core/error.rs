@@ -37,11 +37,12 @@ pub const MAX_PROBLEMS: usize = 100;
 pub fn shortened(text: &str) -> Cow<'_, str> {
     /// Maximum number of characters of the whole text, and of each part of a shortened one.
     const LONGEST: usize = 200;
-    const PART: usize = 80;
-    let Some((at, _)) = text.char_indices().nth(PART).filter(|_| text.chars().nth(LONGEST).is_some()) else {
+    const LONGEST_PART: usize = 80;
+    let Some((at, _)) = text.char_indices().nth(LONGEST_PART).filter(|_| text.chars().nth(LONGEST).is_some())
+    else {
         return text.into();
     };
-    let end = text.char_indices().rev().nth(PART - 1).map_or(at, |(end, _)| end);
+    let end = text.char_indices().rev().nth(LONGEST_PART - 1).map_or(at, |(end, _)| end);
     format!("{} ... {}", &text[..at], &text[end..]).into()
 }
 
@@ -109,28 +110,41 @@ impl Checker {
         Self::default()
     }
 
+    /// Adds a problem.
+    pub fn refuse(
+        &mut self,
+        place: impl Into<String>,
+        found: impl fmt::Display,
+        expected: impl Into<String>,
+    ) {
+        let (place, expected) = (place.into(), expected.into());
+        self.problems.push(Problem { place, found: found.to_string(), expected });
+    }
+
     /// Adds a problem unless `ok`; returns `ok`.
     pub fn require(&mut self, ok: bool, place: &str, found: impl fmt::Display, expected: &str) -> bool {
         if !ok {
-            self.problems.push(Problem {
-                place: place.to_owned(),
-                found: found.to_string(),
-                expected: expected.to_owned(),
-            });
+            self.refuse(place, found, expected);
         }
         ok
     }
 
     /// `value` must be finite and positive; `unit` ends the sentence, such as `metres`.
     pub fn positive(&mut self, value: f64, place: &str, unit: &str) -> bool {
-        let expected = format!("a finite number > 0 ({unit})");
-        self.require(value.is_finite() && value > 0.0, place, Number(value), &expected)
+        let ok = value.is_finite() && value > 0.0;
+        if !ok {
+            self.refuse(place, Number(value), format!("a finite number > 0 ({unit})"));
+        }
+        ok
     }
 
     /// `value` must be finite and not negative.
     pub fn non_negative(&mut self, value: f64, place: &str, unit: &str) -> bool {
-        let expected = format!("a finite number >= 0 ({unit})");
-        self.require(value.is_finite() && value >= 0.0, place, Number(value), &expected)
+        let ok = value.is_finite() && value >= 0.0;
+        if !ok {
+            self.refuse(place, Number(value), format!("a finite number >= 0 ({unit})"));
+        }
+        ok
     }
 
     /// Every entry of `values` must be finite; a problem is reported at `place[i]`.
@@ -147,8 +161,11 @@ impl Checker {
 
     /// `values` must have `expected` entries.
     pub fn length(&mut self, values: &[f64], expected: usize, place: &str) -> bool {
-        let wanted = format!("{expected} values");
-        self.require(values.len() == expected, place, format_args!("{} values", values.len()), &wanted)
+        let ok = values.len() == expected;
+        if !ok {
+            self.refuse(place, format_args!("{} values", values.len()), format!("{expected} values"));
+        }
+        ok
     }
 
     /// Adds the problems of a nested input located at `place`.

@@ -34,6 +34,9 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     if let Some(array) = plain(value) {
         return Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() });
     }
+    if let Some(values) = plain_numbers(value) {
+        return Ok(Numbers { shape: vec![values.len()], values });
+    }
     // `__array__` and similar methods are user code.
     let _nested = Nested::enter()?;
     let py = value.py();
@@ -64,6 +67,18 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     })?;
     let array = plain(&copy).ok_or_else(wrong)?;
     Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() })
+}
+
+/// The entries of a tuple or list of floats and integers, which need no NumPy: short ones are the most common arguments.
+fn plain_numbers(value: &Bound<'_, PyAny>) -> Option<Vec<f64>> {
+    let entry = |entry: Bound<'_, PyAny>| match entry.cast_exact::<PyFloat>() {
+        Ok(number) => Some(number.value()),
+        Err(_) => entry.cast_exact::<PyInt>().ok()?.extract().ok(),
+    };
+    if let Ok(tuple) = value.cast_exact::<PyTuple>() {
+        return tuple.iter().map(entry).collect();
+    }
+    value.cast_exact::<PyList>().ok()?.iter().map(entry).collect()
 }
 
 /// The value if it is a plain, aligned array of native doubles in C order, which can be read directly.

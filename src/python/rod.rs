@@ -12,7 +12,7 @@ use super::robot::{PyRobot, hash_of};
 use super::signal::Functions;
 use crate::description::schema::Part;
 use crate::python::errors::OrRaise as _;
-use crate::robot::{Robot, Rod, described};
+use crate::robot::{Rod, described};
 
 /// A rod. The table [`described::Rod`] documents its arguments.
 #[pyclass(name = "Rod", module = "lissom", extends = PyRobot, frozen)]
@@ -37,11 +37,11 @@ impl PyRod {
 
     /// The Python objects that own the functions of this rod must still be alive.
     pub(crate) fn initializer(description: Rod) -> PyResult<PyClassInitializer<Self>> {
-        description.validate().or_raise()?;
-        let robot = Robot::from(&description);
+        let robot = description.valid_robot().or_raise()?;
         let functions = Python::attach(|py| Functions::of_robot(py, &robot))?;
         let rod = Self { description, described: OnceLock::new(), functions };
-        Ok(PyRobot::initializer(robot)?.add_subclass(rod))
+        // A valid rod is a valid robot, since it names no link: all parts are on its only one.
+        Ok(PyRobot::initializer_of_valid(robot)?.add_subclass(rod))
     }
 }
 

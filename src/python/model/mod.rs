@@ -4,7 +4,7 @@ mod energy;
 mod native;
 mod stepped;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -18,10 +18,10 @@ use super::errors::{LissomError, OrRaise as _, check_finite};
 use super::inputs::{mapping_of, named};
 use crate::analysis::weakly_active;
 use crate::description::signal::covers;
-use crate::model::ForwardScratch;
+use crate::model::{ForwardScratch, SingularMass};
 use crate::numerics::linalg::Matrix;
 use crate::python::words::no_others;
-use crate::robot::Robot;
+use crate::robot::{Robot, RobotModel};
 
 pub(super) use self::energy::PyEnergy;
 pub(super) use self::native::Native;
@@ -36,13 +36,34 @@ pub(crate) struct PyModel {
     n: usize,
     varies_in_time: bool,
     depends_on_time: bool,
-    memory: Mutex<Memory>,
+    memory: Arc<Mutex<Memory>>,
 }
 
 /// The model and memory for results. Never locked while Python code runs.
 struct Memory {
     model: Box<dyn Native>,
-    forward: ForwardScratch,
+    /// Made on first use.
+    forward: Option<ForwardScratch>,
+}
+
+impl Memory {
+    fn forward_dynamics(&mut self, q: &[f64], qd: &[f64], qdd: &mut [f64]) -> Result<(), SingularMass> {
+        let Self { model, forward } = self;
+        let scratch = forward.get_or_insert_with(|| ForwardScratch::of(&**model));
+        model.forward_dynamics(q, qd, qdd, scratch)
+    }
+}
+
+/// The memory of a model from which its classes make further ones.
+#[derive(Clone)]
+pub(super) struct Source(Arc<Mutex<Memory>>);
+
+impl Source {
+    /// A copy of the model of a robot.
+    pub(super) fn robot_model(&self) -> RobotModel {
+        let mut memory = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        memory.model.robot_model().expect("the class of robots has models of robots").clone()
+    }
 }
 
 impl Clone for Memory {
@@ -56,12 +77,11 @@ impl PyModel {
         let (n, varies_in_time) = (model.facts().n, model.facts().varies_in_time);
         // A prescribed constant pose of the base is also applied by setting a time.
         let depends_on_time = model.robot().map_or(varies_in_time, Robot::depends_on_time);
-        let forward = ForwardScratch::of(&model);
         Self {
             n,
             varies_in_time,
             depends_on_time,
-            memory: Mutex::new(Memory { model: Box::new(model), forward }),
+            memory: Arc::new(Mutex::new(Memory { model: Box::new(model), forward: None })),
         }
     }
 
@@ -73,6 +93,11 @@ impl PyModel {
     /// A copy of the model for a separate run.
     pub(crate) fn native(&self) -> Box<dyn Native> {
         self.memory().model.boxed_clone()
+    }
+
+    /// For models that are made on first use.
+    pub(super) fn source(&self) -> Source {
+        Source(self.memory.clone())
     }
 
     fn memory(&self) -> MutexGuard<'_, Memory> {
@@ -353,8 +378,7 @@ impl PyModel {
         no_others("Model.forward_dynamics", others)?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
-        let found =
-            self.at(t, u, |Memory { model, forward }| model.forward_dynamics(&q, &qd, &mut qdd, forward))?;
+        let found = self.at(t, u, |memory| memory.forward_dynamics(&q, &qd, &mut qdd))?;
         found.map_err(|_| {
             LissomError::new_err(format!(
                 "the mass matrix at q = {q:?} is not positive definite (or not finite): no acceleration exists there; \
@@ -527,18 +551,17 @@ impl PyModel {
         no_others("Model.supplied_power", others)?;
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
-        let power = self.at(t, u, |Memory { model, forward }| {
+        let power = self.at(t, u, |memory| {
             let qdd = qdd.unwrap_or_else(|| {
                 let mut free = vec![0.0; q.len()];
                 // If there are no accelerations, there is no free motion.
-                if model.facts().varies_in_time
-                    && model.forward_dynamics(&q, &qd, &mut free, forward).is_err()
+                if memory.model.facts().varies_in_time && memory.forward_dynamics(&q, &qd, &mut free).is_err()
                 {
                     free.fill(f64::NAN);
                 }
                 free
             });
-            model.supplied_power(&q, &qd, &qdd)
+            memory.model.supplied_power(&q, &qd, &qdd)
         })?;
         check_finite(&[power], "supplied_power")?;
         Ok(power)

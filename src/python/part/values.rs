@@ -34,10 +34,10 @@ pub(super) fn arguments(
         *given = Some(object);
     }
     for (key, object) in kwargs.into_iter().flatten() {
-        let key: String = key.extract()?;
-        let Some(i) = schema.index(&key) else {
+        let key = key.cast::<PyString>()?.to_str()?;
+        let Some(i) = schema.index(key) else {
             let known = schema.names().collect::<Vec<_>>().join(", ");
-            let meant = keyword(&key, schema.names()).map_or_else(String::new, |meant| format!("; {meant}"));
+            let meant = keyword(key, schema.names()).map_or_else(String::new, |meant| format!("; {meant}"));
             return Err(refuse(format!(
                 "got an unexpected keyword argument '{key}', expected {known}{meant}"
             )));

@@ -5,11 +5,10 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 
-use super::super::model::PyModel;
+use super::super::model::{PyModel, Source};
 use super::super::part::describe_model;
 use super::super::signal::Functions;
 use crate::description::schema::Part;
-use crate::error::InvalidInput;
 use crate::model::Dynamics as _;
 use crate::python::errors::OrRaise as _;
 use crate::robot::{Robot, RobotModel, described};
@@ -21,8 +20,9 @@ pub(crate) struct PyRobot {
     /// Its parts as users describe them, made on first use.
     described: OnceLock<Arc<described::Robot>>,
     pub(super) functions: Functions,
-    // A separate model for kinematics; the base class has its model only as a Model.
-    kinematics: Mutex<RobotModel>,
+    source: Source,
+    // A separate model for kinematics, made on first use.
+    kinematics: OnceLock<Mutex<RobotModel>>,
     // The wrench that keeps a planar robot in its plane is known only to a spatial model, compiled on first
     // use.
     spatial: OnceLock<RobotModel>,
@@ -41,20 +41,22 @@ impl PyRobot {
 
     /// The Python objects that own the functions of this robot must still be alive.
     pub(in crate::python) fn initializer(description: Robot) -> PyResult<PyClassInitializer<Self>> {
+        description.validate().or_raise()?;
+        Self::initializer_of_valid(description)
+    }
+
+    /// The same for a description that has been found valid.
+    pub(in crate::python) fn initializer_of_valid(description: Robot) -> PyResult<PyClassInitializer<Self>> {
         Python::attach(|py| {
             let functions = Functions::of_robot(py, &description)?;
-            let (model, kinematics) = py
-                .detach(|| {
-                    let model = RobotModel::new(&description)?;
-                    let kinematics = Mutex::new(model.clone());
-                    Ok::<_, InvalidInput>((PyModel::new(model), kinematics))
-                })
-                .or_raise()?;
+            let model = py.detach(|| RobotModel::of_valid(&description).map(PyModel::new)).or_raise()?;
+            let source = model.source();
             Ok(PyClassInitializer::from(model).add_subclass(Self {
                 description,
                 described: OnceLock::new(),
                 functions,
-                kinematics,
+                source,
+                kinematics: OnceLock::new(),
                 spatial: OnceLock::new(),
             }))
         })
@@ -62,7 +64,8 @@ impl PyRobot {
 
     /// The model for kinematics, locked.
     pub(super) fn kinematics(&self) -> MutexGuard<'_, RobotModel> {
-        self.kinematics.lock().unwrap_or_else(PoisonError::into_inner)
+        let model = self.kinematics.get_or_init(|| Mutex::new(self.source.robot_model()));
+        model.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A copy of the model.

@@ -64,6 +64,9 @@ pub(crate) fn nodes_for_turns(piece: &Piece) -> f64 {
 pub(crate) fn turn(piece: &Piece) -> f64 {
     /// Number of sample points.
     const SAMPLES: usize = 32;
+    if piece.segment.reference_strain.constant().is_some() {
+        return largest_reference_curvature(piece, &[0.0]) * piece.length();
+    }
     let places: Vec<f64> = (0..=SAMPLES).map(|i| i as f64 / SAMPLES as f64).collect();
     largest_reference_curvature(piece, &places) * piece.length()
 }

@@ -1,6 +1,7 @@
 //! Gauss-Legendre quadrature on [0, 1], and integrals up to its nodes.
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use super::basis::legendre;
 
@@ -15,15 +16,27 @@ pub struct Gauss {
     breaks: Vec<f64>,
 }
 
+/// Rules of fewer nodes are kept: more than segments need that are not bent many times over.
+const KNOWN_RULES: usize = 65;
+
 impl Gauss {
     /// A rule without nodes, for bodies without extent.
     pub(crate) fn none() -> Self {
         Self { nodes: Vec::new(), weights: Vec::new(), breaks: Vec::new() }
     }
 
-    /// The rule with `m` nodes, m > 0: zeros of P_m by Newton's method from Tricomi's estimate (Hale and
-    /// Townsend 2013, section 2), weights from the derivative at the zeros.
+    /// The rule with `m` nodes, m > 0. Small rules are computed once: every rod needs some.
     pub fn new(m: usize) -> Self {
+        static KNOWN: [OnceLock<Gauss>; KNOWN_RULES] = [const { OnceLock::new() }; KNOWN_RULES];
+        match KNOWN.get(m) {
+            Some(known) => known.get_or_init(|| Self::computed(m)).clone(),
+            None => Self::computed(m),
+        }
+    }
+
+    /// Zeros of P_m by Newton's method from Tricomi's estimate (Hale and
+    /// Townsend 2013, section 2), weights from the derivative at the zeros.
+    fn computed(m: usize) -> Self {
         let mut nodes = vec![0.0; m];
         let mut weights = vec![0.0; m];
         let mut values = vec![0.0; m + 1];
@@ -82,6 +95,19 @@ impl Gauss {
             }
         }
         Integral { breaks: self.breaks.clone(), rule, at_nodes }
+    }
+
+    /// Weights of the integrals from 0 to each node, one row after the other.
+    pub(crate) fn weights_up_to_nodes(&self) -> Vec<f64> {
+        static KNOWN: [OnceLock<Vec<f64>>; KNOWN_RULES] = [const { OnceLock::new() }; KNOWN_RULES];
+        let computed = || {
+            let integral = self.integral();
+            self.nodes.iter().flat_map(|&x| integral.weights_up_to(x)).collect()
+        };
+        match KNOWN.get(self.nodes.len()) {
+            Some(known) if self.breaks.is_empty() => known.get_or_init(computed).clone(),
+            _ => computed(),
+        }
     }
 
     /// Weights of the integral from 0 to `x`.
@@ -196,6 +222,21 @@ fn intervals(breaks: &[f64]) -> impl Iterator<Item = [f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rules_that_are_kept_are_those_that_are_computed() {
+        for m in [1, 12, KNOWN_RULES - 1, KNOWN_RULES, 1, 12] {
+            let (kept, computed) = (Gauss::new(m), Gauss::computed(m));
+            assert_eq!((&kept.nodes, &kept.weights), (&computed.nodes, &computed.weights));
+            let up_to = kept.weights_up_to_nodes();
+            for (row, &x) in up_to.chunks(m).zip(&computed.nodes) {
+                assert_eq!(row, computed.weights_up_to(x));
+            }
+        }
+        let composite = Gauss::composite(4, &[0.3]);
+        let up_to = composite.weights_up_to_nodes();
+        assert_eq!(up_to[..8], composite.weights_up_to(composite.nodes[0]));
+    }
 
     #[test]
     fn composite_rules_see_kinks_and_sum_by_parts() {

@@ -18,24 +18,28 @@ impl SectionProperties {
     /// Reports problems of combined values of `segment`, whose parts are valid separately: stiffness or mass
     /// that overflows or vanishes.
     pub(crate) fn validate(segment: &Segment) -> Result<(), InvalidInput> {
-        let numbers =
-            format!("sizes and material that give numbers between {SMALLEST:e} and {LARGEST:e} in SI units");
+        let refuse = |check: &mut Checker, found: String| {
+            let numbers = format!("numbers between {SMALLEST:e} and {LARGEST:e} in SI units");
+            check.refuse("section", found, format!("sizes and material that give {numbers}"));
+        };
         along::validate_along(&segment.section.variations(), segment.length, |x| {
             let Self { stiffness, mass, inertia, .. } = Self::at(segment, x);
             let mut check = Checker::new();
             for (strain, name) in STRAIN_NAMES.into_iter().enumerate() {
-                let own = stiffness[strain][strain];
-                let is_stiff = segment.modes[strain] == 0 || own >= SMALLEST;
-                let found = format!("a stiffness of {} against {name}", Number(own));
-                let row = stiffness[strain].iter().all(|entry| entry.abs() <= LARGEST);
-                check.require(is_stiff && row, "section", found, &numbers);
+                let diagonal = stiffness[strain][strain];
+                let is_stiff = segment.modes[strain] == 0 || diagonal >= SMALLEST;
+                if !is_stiff || !stiffness[strain].iter().all(|entry| entry.abs() <= LARGEST) {
+                    refuse(&mut check, format!("a stiffness of {} against {name}", Number(diagonal)));
+                }
             }
-            let found = format!("a mass of {} kg/m", Number(mass));
-            check.require((SMALLEST..=LARGEST).contains(&mass), "section", found, &numbers);
-            let largest = inertia.iter().flatten().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
-            let is_light = inertia.iter().flatten().all(|entry| entry.abs() <= LARGEST);
-            let found = format!("a moment of inertia of {} kg m", Number(largest));
-            check.require(is_light, "section", found, &numbers);
+            if !(SMALLEST..=LARGEST).contains(&mass) {
+                refuse(&mut check, format!("a mass of {} kg/m", Number(mass)));
+            }
+            if !inertia.iter().flatten().all(|entry| entry.abs() <= LARGEST) {
+                let largest =
+                    inertia.iter().flatten().fold(0.0_f64, |largest, entry| largest.max(entry.abs()));
+                refuse(&mut check, format!("a moment of inertia of {} kg m", Number(largest)));
+            }
             check.finish()
         })
     }

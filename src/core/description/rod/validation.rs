@@ -18,13 +18,8 @@ impl Segment {
         check.positive(self.length, "length", "metres");
         self.section.check(&mut check, self.length, &self.modes);
         self.check_material(&mut check);
-        for (modes, name) in self.modes.iter().zip(STRAIN_NAMES) {
-            check.require(
-                *modes <= MAX_MODES,
-                &format!("modes.{name}"),
-                modes,
-                &format!("at most {MAX_MODES} modes"),
-            );
+        for (modes, name) in self.modes.iter().zip(STRAIN_NAMES).filter(|(modes, _)| **modes > MAX_MODES) {
+            check.refuse(format!("modes.{name}"), modes, format!("at most {MAX_MODES} modes"));
         }
         self.check_basis(&mut check);
         check.non_negative(self.retardation_time, "retardation_time", "seconds");
@@ -52,8 +47,10 @@ impl Segment {
     }
 
     fn check_length(&self, check: &mut Checker) {
-        let expected = format!("a length between {SMALLEST:e} and {LARGEST:e} metres");
-        check.require((SMALLEST..=LARGEST).contains(&self.length), "length", Number(self.length), &expected);
+        if !(SMALLEST..=LARGEST).contains(&self.length) {
+            let expected = format!("a length between {SMALLEST:e} and {LARGEST:e} metres");
+            check.refuse("length", Number(self.length), expected);
+        }
     }
 
     /// Rejects a segment that would need more quadrature nodes than [`MAX_OWN_NODES`].

@@ -28,8 +28,7 @@ pub(crate) fn plan<G: Turning>(
     let length = piece.length();
 
     let pack = |f: &dyn Fn(usize) -> f64| plan::packed(nodes, f);
-    let integral = gauss.integral();
-    let up_to: Vec<Vec<f64>> = gauss.nodes.iter().map(|&x| integral.weights_up_to(x)).collect();
+    let up_to = gauss.weights_up_to_nodes();
     let matrix = |f: &dyn Fn(usize, usize) -> f64| -> Vec<G::Pack> {
         let entry =
             |p: usize, l: usize| G::Pack::from_lanes(std::array::from_fn(|lane| f(p * LANES + lane, l)));
@@ -59,8 +58,8 @@ pub(crate) fn plan<G: Turning>(
         first_pack,
         packs,
         weights: pack(&|i| length * gauss.weights[i]),
-        from_base: matrix(&|i, l| length * up_to[i][l]),
-        to_end: matrix(&|i, l| length * (gauss.weights[l] - up_to[i][l])),
+        from_base: matrix(&|i, l| length * up_to[i * nodes + l]),
+        to_end: matrix(&|i, l| length * (gauss.weights[l] - up_to[i * nodes + l])),
         basis: (0..degrees).flat_map(|k| pack(&|i| at_nodes[i][k])).collect(),
         weighted_basis: (0..degrees)
             .flat_map(|k| pack(&|i| length * gauss.weights[i] * at_nodes[i][k]))

@@ -264,9 +264,23 @@ impl Rod {
             field: self.field.clone(),
             ..ResolvedRod::new(self.segments.iter().map(Segment::resolved).collect())
         };
+        if self.has_no_parts() {
+            return (rod, Places::default());
+        }
         let (robot, places) = self.on_robot().added_to(Resolved::from(&rod), true, false, reader);
         let Resolved { loads, bodies, supports, magnets, actuators, contacts, .. } = robot;
         (ResolvedRod { loads, bodies, supports, magnets, actuators, contacts, ..rod }, places)
+    }
+
+    /// Whether nothing refers to the rod by a name.
+    fn has_no_parts(&self) -> bool {
+        let Self { loads, bodies, supports, actuators, contacts, magnets, .. } = self;
+        loads.is_empty()
+            && bodies.is_empty()
+            && supports.is_empty()
+            && actuators.is_empty()
+            && contacts.is_empty()
+            && magnets.is_empty()
     }
 
     /// The parts of the rod as those of a robot, without the link.

@@ -93,19 +93,24 @@ impl Rod {
 
     /// Reports every problem of this rod and its segments.
     pub fn validate(&self) -> Result<(), InvalidInput> {
+        self.valid_robot().map(drop)
+    }
+
+    /// This rod as a robot, if it is valid.
+    pub fn valid_robot(&self) -> Result<Robot, InvalidInput> {
         let mut check = Checker::new();
         check.require(!self.segments.is_empty(), "segments", "none", "at least one segment");
         for (i, segment) in self.segments.iter().enumerate() {
-            check.nested(&format!("segments[{i}]"), segment.validate());
+            if let Err(problems) = segment.validate() {
+                check.nested::<()>(&format!("segments[{i}]"), Err(problems));
+            }
         }
         if check.is_ok() {
             let n = self.coordinates();
-            check.require(
-                n <= MAX_COORDINATES,
-                "segments",
-                format_args!("{n} modes in all"),
-                &format!("at most {MAX_COORDINATES} modes in all segments together"),
-            );
+            if n > MAX_COORDINATES {
+                let expected = format!("at most {MAX_COORDINATES} modes in all segments together");
+                check.refuse("segments", format_args!("{n} modes in all"), expected);
+            }
             check_integration(&mut check, "segments", self.segments.iter());
         }
         check.finite(&self.base_position, "base_position");
@@ -116,8 +121,8 @@ impl Rod {
         check.non_negative(self.tip_mass, "tip_mass", "kilograms");
         // Loads share inputs with actuators, and have the same indices in the robot. Those at the tip are known.
         let mut robot = Robot::from(self);
-        robot.loads.truncate(self.loads.len());
-        robot.bodies.truncate(self.bodies.len());
+        let tip_loads = robot.loads.split_off(self.loads.len());
+        let tip_bodies = robot.bodies.split_off(self.bodies.len());
         let length = self.length();
         robot.check_on_links(&mut check, |check, place, _, _, validate| {
             check.nested(place, validate(length));
@@ -136,7 +141,10 @@ impl Rod {
         let carriers = Carriers::of(&robot.links, robot.base_motion.is_some());
         robot.check_actuators(&mut check, &carriers);
         robot.check_contacts(&mut check, &carriers);
-        check.finish()
+        check.finish()?;
+        robot.loads.extend(tip_loads);
+        robot.bodies.extend(tip_bodies);
+        Ok(robot)
     }
 }
 

@@ -155,6 +155,12 @@ impl RobotModel {
     /// solver. An invalid robot is rejected with all its problems.
     pub fn new(robot: &Robot) -> Result<Self, InvalidInput> {
         robot.validate()?;
+        Self::of_valid(robot)
+    }
+
+    /// Compiles a robot that has been found valid. Problems that only the compiled robot shows are rejected.
+    #[doc(hidden)]
+    pub fn of_valid(robot: &Robot) -> Result<Self, InvalidInput> {
         Self::compiled(robot, Kernel::plane(robot), Some(Instructions::of_machine()), None)
     }
 
