@@ -97,9 +97,6 @@ def test_friction_of_a_knot_that_is_drawn_tight_is_that_of_its_contact_forces(ov
     assert_allclose(taken / (friction * np.interp(held, radii, forces)), 1.0, atol=0.1)
 
 
-ROOT = Path(__file__).parents[3]
-
-
 @pytest.fixture(scope="module")
 def plectoneme():
     return runpy.run_path(str(ROOT / "examples" / "python" / "plectoneme.py"))
