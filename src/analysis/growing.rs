@@ -21,11 +21,11 @@ pub(crate) const ROUNDING_OF_STATES: f64 = 2e-15;
 const LITTLE_GROWTH: f64 = 2.0;
 
 /// Displacement for the finite difference of the motion of the tip, relative to typical coordinates.
-const SMALL: f64 = 1e-4;
+const TIP_DISPLACEMENT: f64 = 1e-4;
 
 /// Step in radians of fourth-order finite differences of the map from angular velocities to rates of rotation vectors: truncation and
 /// rounding errors are about 1e-10.
-const TURN: f64 = 1e-2;
+const TURN_STEP: f64 = 1e-2;
 
 /// A growing motion about a state.
 #[derive(Clone, Debug)]
@@ -55,7 +55,7 @@ impl Growing {
     /// typical size.
     pub(crate) fn reach<M: Static>(&self, model: &mut M, q: &[f64]) -> f64 {
         let of_coordinates = self.largest(&model.facts().typical_coordinates);
-        let little = SMALL / of_coordinates;
+        let little = TIP_DISPLACEMENT / of_coordinates;
         let moved: Vec<f64> = q.iter().zip(&self.shape).map(|(q, x)| q + x * little).collect();
         let of_tip = model.moved(q, &moved) / (little * model.facts().length);
         of_coordinates.max(if of_tip.is_finite() { of_tip } else { 0.0 })
@@ -226,7 +226,7 @@ impl InAxesOfBodies {
             let vector = |values: &[f64]| -> [f64; 3] { std::array::from_fn(|k| values[i + k]) };
             let (phi, rate) = (vector(q), vector(v));
             let speed = rate.iter().map(|x| x * x).sum::<f64>().sqrt();
-            let step = if speed > 0.0 { TURN / speed } else { 1.0 };
+            let step = if speed > 0.0 { TURN_STEP / speed } else { 1.0 };
             let map = |steps: f64, second: [f64; 3]| {
                 let t = steps * step;
                 let rows = rate_matrix(std::array::from_fn(|k| phi[k] + t * (rate[k] + 0.5 * t * second[k])));

@@ -20,7 +20,7 @@ use crate::numerics::linalg::{Complex, Matrix};
 
 /// Damping counts as uncoupled if its coupling of the undamped modes changes eigenvalues by less than this
 /// relative amount. The change is quadratic in the coupling.
-const UNCOUPLED: f64 = 1e-9;
+const LARGEST_COUPLING: f64 = 1e-9;
 
 /// Vibrations of a model, slowest first.
 #[derive(Clone, Debug, PartialEq)]
@@ -179,7 +179,7 @@ impl Modal {
         (0..self.n()).all(|j| {
             (0..j).all(|i| {
                 let gap = (squared_frequencies[i] - squared_frequencies[j]).abs();
-                damping[(i, j)].powi(2) <= UNCOUPLED * gap
+                damping[(i, j)].powi(2) <= LARGEST_COUPLING * gap
             })
         })
     }

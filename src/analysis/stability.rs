@@ -19,7 +19,7 @@ use crate::numerics::pencil;
 
 /// An eigenvalue whose imaginary part exceeds this fraction of its magnitude is flutter. A smaller imaginary
 /// part may be the rounding error of two equal real eigenvalues.
-const FLUTTER: f64 = 1e-5;
+const SMALLEST_FLUTTER: f64 = 1e-5;
 
 /// Rounding of damping per coordinate, relative to its largest entry.
 const ROUNDING: f64 = 100.0 * f64::EPSILON;
@@ -151,7 +151,7 @@ fn in_motion(modal: &Modal) -> Option<Stability> {
 }
 
 fn is_complex(value: Complex) -> bool {
-    value.im.abs() > FLUTTER * value.norm()
+    value.im.abs() > SMALLEST_FLUTTER * value.norm()
 }
 
 #[cfg(test)]

@@ -38,7 +38,7 @@ pub struct Flow {
 
 /// A part of a step resolves a power if its mean differs from the value in the middle by at most this part of the largest power so far: an
 /// oscillation by 2.6 rad, which the formula of order 6 integrates to 2e-4.
-const RESOLVED: f64 = 0.25;
+const RESOLVED_DIFFERENCE: f64 = 0.25;
 
 /// Maximum number of halvings of a step for its powers: steps of methods of high order may contain many periods of a prescribed motion
 /// that moves nothing else.
@@ -365,7 +365,7 @@ impl<'a> FlowMeter<'a> {
             let mean: f64 = here().zip(GAUSS).map(|(power, (_, weight))| weight * power).sum();
             let [_, middle, _] = powers;
             // Powers that are not finite count as resolved: halving would not help.
-            let swings = (mean - middle[kind]).abs() > RESOLVED * largest;
+            let swings = (mean - middle[kind]).abs() > RESOLVED_DIFFERENCE * largest;
             !swings
         });
         if is_resolved || halvings == 0 {

@@ -27,17 +27,18 @@ pub(super) struct Command {
     pub(super) least: f64,
 }
 
-const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+const UNBOUNDED: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 const NOT_NEGATIVE: [f64; 2] = [0.0, f64::INFINITY];
 
 /// One command for each entry of u of a robot.
 pub(super) fn commands(robot: &Robot) -> Vec<Command> {
     let inputs = robot.inputs();
-    let mut commands = vec![Command { kind: Kind::Force, limits: ANY, least: 0.0 }; inputs.defaults().len()];
+    let mut commands =
+        vec![Command { kind: Kind::Force, limits: UNBOUNDED, least: 0.0 }; inputs.defaults().len()];
     // In reverse order, so that the first of several commands with the same input name decides.
     let of_loads = robot.loads.iter().flat_map(|load| {
         [(&load.force, Kind::Force), (&load.moment, Kind::Moment)]
-            .map(|(signal, kind)| (signal.input().map(|input| place(&inputs, input)), kind, ANY))
+            .map(|(signal, kind)| (signal.input().map(|input| place(&inputs, input)), kind, UNBOUNDED))
     });
     let of_actuators = robot.actuators.iter().flat_map(|actuator| {
         let (kind, limits) = match actuator {
@@ -45,12 +46,12 @@ pub(super) fn commands(robot: &Robot) -> Vec<Command> {
                 Drive::Tension(_) => (Kind::Tension, NOT_NEGATIVE),
                 Drive::Length { .. } => (Kind::Length, NOT_NEGATIVE),
             },
-            Actuator::Chamber(_) => (Kind::Pressure, ANY),
+            Actuator::Chamber(_) => (Kind::Pressure, UNBOUNDED),
             Actuator::Motor(motor) => match motor.command {
-                MotorCommand::Torque(_) => (Kind::Torque, motor.limits.unwrap_or(ANY)),
-                MotorCommand::Position { .. } => (Kind::Position, ANY),
+                MotorCommand::Torque(_) => (Kind::Torque, motor.limits.unwrap_or(UNBOUNDED)),
+                MotorCommand::Position { .. } => (Kind::Position, UNBOUNDED),
             },
-            Actuator::ActiveStrain(_) => (Kind::Amount, ANY),
+            Actuator::ActiveStrain(_) => (Kind::Amount, UNBOUNDED),
         };
         let command = actuator.command().input().map(|input| place(&inputs, input));
         let sliding = actuator.sliding().and_then(|signal| signal.input()).map(|input| place(&inputs, input));

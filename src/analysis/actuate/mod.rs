@@ -67,10 +67,10 @@ use equilibria::{Equilibria, State};
 use misfit::Actuated;
 
 /// Relative singular value below which the targets do not determine an input, because of rounding.
-const RANK: f64 = 1e-8;
+const RANK_TOLERANCE: f64 = 1e-8;
 
 /// Accuracy of positions from equilibria, in units of rounding.
-const TERMS: f64 = 1e3;
+const ROUNDING_OF_POSITIONS: f64 = 1e3;
 
 /// Options of the search.
 #[derive(Clone, Debug, PartialEq)]
@@ -391,7 +391,7 @@ fn find(
 
 fn search_of(options: &Options, tolerance: f64) -> least_squares::Options {
     let (max_iter, second_order) = (options.max_iter, SecondOrder::WhereSlow);
-    least_squares::Options { tolerance, terms: TERMS, max_iter, second_order }
+    least_squares::Options { tolerance, terms: ROUNDING_OF_POSITIONS, max_iter, second_order }
 }
 
 /// Finds the best inputs near x. Equal weights come first, because they converge fastest; if all targets can
@@ -440,7 +440,7 @@ fn leaves_a_choice(system: &mut Actuated<'_, '_>, x: &[f64]) -> Result<bool, Int
     }
     let Some((_, values, _)) = full_svd(&jacobian) else { return Ok(false) };
     let largest = values.iter().copied().fold(0.0, f64::max);
-    Ok(values.iter().filter(|&&value| value > RANK * largest).count() < x.len())
+    Ok(values.iter().filter(|&&value| value > RANK_TOLERANCE * largest).count() < x.len())
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ const DETERMINED: Range<usize> = 1..4;
 
 /// Weight of the coordinates relative to that of the strains (Tikhonov regularisation): coordinates that the points do not determine
 /// become zero.
-const RIDGE: f64 = 1e-10;
+const REGULARISATION: f64 = 1e-10;
 
 /// Sine of the angle between directions below which they are parallel or opposite.
 const NO_SINE: f64 = 1e-12;
@@ -210,7 +210,7 @@ fn projected(segment: &Segment, modes: usize, samples: &[([f64; 2], f64)]) -> Ve
             }
         }
     }
-    let ridge = RIDGE * matrix.diagonal().iter().copied().fold(0.0, f64::max);
+    let ridge = REGULARISATION * matrix.diagonal().iter().copied().fold(0.0, f64::max);
     for i in 0..modes {
         matrix[(i, i)] += ridge;
     }

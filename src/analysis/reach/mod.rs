@@ -42,7 +42,7 @@ use preference::{form_of, shortest_equivalent};
 use starts::Starts;
 
 /// A remaining error smaller by this factor justifies a shape farther from the start.
-const BETTER: f64 = 1.0 - 1e-6;
+const SMALLER_ERROR: f64 = 1.0 - 1e-6;
 
 /// Options of the search.
 #[derive(Clone, Debug, PartialEq)]
@@ -136,7 +136,7 @@ fn search(
             if misfit.distance(&other) < misfit.distance(&x) {
                 x = other;
             }
-        } else if found.norm < BETTER * best.norm || found.end == End::Root {
+        } else if found.norm < SMALLER_ERROR * best.norm || found.end == End::Root {
             (best, x, invalid_shape) = (found, other, misfit.invalid_shape);
         }
     }

@@ -9,7 +9,7 @@ use crate::numerics::roots::least_squares::Bounds;
 use crate::robot::{Link, Robot, Spans};
 
 /// Largest strain other than curvature in starts: larger stretches are rare.
-const STRAIN: f64 = 0.1;
+const LARGEST_STRAIN: f64 = 0.1;
 
 /// Pseudo-random shapes of a robot.
 pub(super) struct Starts {
@@ -67,7 +67,7 @@ fn sizes(link: &Link, reach: f64) -> Vec<f64> {
     }
     for part in link.rod.iter().flat_map(piece::of) {
         for strain in 0..STRAINS {
-            let size = if strain < 3 { PI / link.length() } else { STRAIN };
+            let size = if strain < 3 { PI / link.length() } else { LARGEST_STRAIN };
             sizes.extend((0..part.modes[strain]).map(|k| size / (k + 1) as f64));
         }
     }

@@ -16,7 +16,7 @@ use crate::numerics::linalg::Matrix;
 /// Stiffness of a spring in units of the stiffness of the motions that its constraint prevents: its deflection is then rounding of
 /// displacements. With a tenth of that, the deflections of a clamped arch are asymmetric enough to lead its path off the symmetric
 /// branch.
-const STIFF: f64 = 1e13;
+const STIFFNESS_OF_CONSTRAINTS: f64 = 1e13;
 
 /// A model whose loops are closed by springs.
 pub(crate) struct AsSprings<'a> {
@@ -49,7 +49,7 @@ impl<'a> AsSprings<'a> {
         let material = normalised::reference(&elastic, &tangent, &work, &model.facts().parts);
         let most = |k: usize| material[k].max(tangent[(k, k)].abs()).max(work[k]);
         let mut springs = Self {
-            stiffness: vec![STIFF; m],
+            stiffness: vec![STIFFNESS_OF_CONSTRAINTS; m],
             resistance: (0..n).map(most).collect(),
             sizes,
             facts,
@@ -76,7 +76,7 @@ impl<'a> AsSprings<'a> {
             let gives: f64 =
                 moved.zip(&self.resistance).map(|(square, resistance)| square / resistance).sum();
             if gives > 0.0 && gives.is_finite() {
-                *stiffness = STIFF / gives;
+                *stiffness = STIFFNESS_OF_CONSTRAINTS / gives;
             }
         }
     }

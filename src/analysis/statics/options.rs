@@ -94,13 +94,13 @@ impl Options {
         match &self.start {
             Start::Unloaded { stops } => {
                 /// Maximum number listed in a message.
-                const SHOWN: usize = 10;
+                const MAX_LISTED: usize = 10;
                 let increasing = stops.windows(2).all(|pair| pair[0] < pair[1]);
                 let inside = stops.iter().all(|stop| *stop > 0.0 && *stop <= 1.0);
                 check.require(
                     increasing && inside && stops.last() == Some(&1.0),
                     "load_steps",
-                    format_args!("{} of them: {:?} ...", stops.len(), &stops[..stops.len().min(SHOWN)]),
+                    format_args!("{} of them: {:?} ...", stops.len(), &stops[..stops.len().min(MAX_LISTED)]),
                     "increasing parts of the load in (0, 1], the last one 1",
                 );
             }

@@ -24,7 +24,7 @@ const WANTED_RATE: f64 = 0.1;
 const LARGEST_GROWTH: f64 = 4.0;
 
 /// Factor of the step length after a failed step.
-const CUT: f64 = 0.25;
+const FAILED_STEP_FACTOR: f64 = 0.25;
 
 /// Length of the first step if the distance to the goal is unknown.
 const FIRST_STEP: f64 = 1.0;
@@ -68,18 +68,18 @@ const ALONG_CORNER: f64 = 2.0;
 
 /// A stiffness that changed sign has a zero in between if it can be made this small, relative to its values
 /// before and after.
-const ZERO: f64 = 1e-5;
+const ZERO_STIFFNESS: f64 = 1e-5;
 
 /// Eigenvalues with imaginary parts below this fraction of the elastic stiffness count as real: rounding, and
 /// forces that are not exactly conservative, turn equal real eigenvalues into pairs.
-const REAL: f64 = 1e-5;
+const REAL_EIGENVALUE: f64 = 1e-5;
 
 /// A path can start in a given direction only if the smallest stiffness is below this fraction of the elastic
 /// one; elsewhere there is only one path.
-const CRITICAL: f64 = 1e-6;
+const CRITICAL_STIFFNESS: f64 = 1e-6;
 
 /// Critical points closer than this, relative to the step, count as one.
-const SAME: f64 = 1e-5;
+const SAME_POINT: f64 = 1e-5;
 
 /// Limits of a path.
 #[derive(Clone, Debug)]
@@ -236,7 +236,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             }
             None => at_load_factor,
         };
-        self.is_branch = direction.is_some() && stiffness.smallest() <= CRITICAL;
+        self.is_branch = direction.is_some() && stiffness.smallest() <= CRITICAL_STIFFNESS;
         let direction = if self.is_branch {
             Some(linear.moved(forward))
         } else {
@@ -275,7 +275,7 @@ impl<'a, 'b> Follower<'a, 'b> {
                     *place = next;
                     break;
                 }
-                step = length * CUT;
+                step = length * FAILED_STEP_FACTOR;
                 match self.invalid_shape {
                     Some(invalid_shape) if step < SHORTEST_STEP_TO_INVALID => {
                         return Ok(End::Invalid(invalid_shape));
@@ -493,7 +493,7 @@ impl<'a, 'b> Follower<'a, 'b> {
         let mut found: Vec<(f64, usize, State, Linear, Stiffness)> = Vec::new();
         for place in changes {
             // A zero real part of a complex pair is no critical point.
-            if [from, to].iter().all(|end| end.stiffness.eigenvalue(place).im.abs() > REAL) {
+            if [from, to].iter().all(|end| end.stiffness.eigenvalue(place).im.abs() > REAL_EIGENVALUE) {
                 continue;
             }
             let [a, b] = [from, to].map(|end| match end.stiffness.eigenvalue(place).re {
@@ -507,14 +507,14 @@ impl<'a, 'b> Follower<'a, 'b> {
             })?;
             let Some((state, linear, stiffness)) = self.between(from, &whole, at)? else { return Ok(false) };
             let value = stiffness.eigenvalue(place);
-            let is_zero = value.re.abs() <= NEUTRAL.max(ZERO * a.abs().max(b.abs()));
+            let is_zero = value.re.abs() <= NEUTRAL.max(ZERO_STIFFNESS * a.abs().max(b.abs()));
             if !is_zero {
                 return Ok(false);
             }
-            if value.im.abs() > REAL {
+            if value.im.abs() > REAL_EIGENVALUE {
                 continue;
             }
-            match found.iter_mut().find(|(other, ..)| (other - at).abs() <= SAME) {
+            match found.iter_mut().find(|(other, ..)| (other - at).abs() <= SAME_POINT) {
                 Some((_, multiplicity, ..)) => *multiplicity += 1,
                 None => found.push((at, 1, state, linear, stiffness)),
             }

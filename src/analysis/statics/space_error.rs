@@ -22,17 +22,17 @@ pub const LARGE: f64 = 1e-2;
 
 /// Up to this part of the length, displacements by missing strains under constant forces are a sufficient estimate: no error that is
 /// [`LARGE`] is estimated as smaller (`benches/python/accuracy/statics.py`).
-const CLEAR: f64 = 3e-3;
+const SUFFICIENT_ESTIMATE: f64 = 3e-3;
 
 /// Displacements below this part of the length are rounding.
-const EXACT: f64 = 1e-12;
+const ROUNDING_OF_DISPLACEMENTS: f64 = 1e-12;
 
 /// Below this lowest eigenvalue of the stiffness, the amplification of an error by forces is unknown.
 const SOFTEST: f64 = 0.05;
 
 /// Up to this rotation between neighbouring nodes, in radians, quadrature errors are negligible in a significant error: helices of ten
 /// turns at the limit of resolution, half a turn, have an error of 2e-4 of their length.
-const RESOLVED: f64 = 2.0;
+const RESOLVED_ROTATION: f64 = 2.0;
 
 /// Additional modes of the strains that have some: enough for the error of cones and boundary layers. For large models fewer.
 const MORE_MODES: [usize; 2] = [12, 4];
@@ -41,10 +41,10 @@ const MORE_MODES: [usize; 2] = [12, 4];
 const MOST_COORDINATES: usize = 600;
 
 /// Reciprocal condition number below which a system counts as singular, as that of redundant loops.
-const SINGULAR: f64 = 1e-14;
+const SINGULAR_SYSTEM: f64 = 1e-14;
 
 /// Stiffness, relative to that of each coordinate, below which a neutral direction counts as one: a step along it is not the error of a shape.
-const NEUTRAL: f64 = 1e-6;
+const NEUTRAL_STIFFNESS: f64 = 1e-6;
 
 /// Maximum number of steps of a model with more modes, each with its own tangent, and the part of the residual that the last one may
 /// leave: the forces are then almost linear within the step.
@@ -53,14 +53,14 @@ const LINEAR: f64 = 0.3;
 
 /// Maximum number of corrections of a step with the same tangent, and the part of the residual that they may leave, so that the rest
 /// is not attributed to missing modes.
-const CORRECTIONS: usize = 8;
-const BALANCED: f64 = 1e-4;
+const MAX_CORRECTIONS: usize = 8;
+const BALANCED_FORCES: f64 = 1e-4;
 
 /// If more modes leave more than this part of the error, the segments are too few rather than the modes.
 const HARDLY_HELPS: f64 = 0.3;
 
 /// Largest error of a place, relative to the length.
-const FARTHEST: f64 = 2.0;
+const LARGEST_ERROR: f64 = 2.0;
 
 /// Permitted cost of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -141,13 +141,13 @@ pub fn space_error<M: Model + Clone>(
     let length = model.facts().length;
     let softness = found.lowest.abs().clamp(SOFTEST, 1.0);
     let doubtful = missing.displacement / if softness.is_nan() { 1.0 } else { softness };
-    if doubtful > CLEAR * length && is_rounding(model, &found.q, missing) {
+    if doubtful > SUFFICIENT_ESTIMATE * length && is_rounding(model, &found.q, missing) {
         return Ok(None);
     }
     let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
-    let clear = if effort == Effort::Little { CLEAR } else { EXACT };
-    let is_clear = doubtful <= clear * length && missing.turn <= RESOLVED;
-    let shift = if is_neutral { NEUTRAL } else { 0.0 };
+    let clear = if effort == Effort::Little { SUFFICIENT_ESTIMATE } else { ROUNDING_OF_DISPLACEMENTS };
+    let is_clear = doubtful <= clear * length && missing.turn <= RESOLVED_ROTATION;
+    let shift = if is_neutral { NEUTRAL_STIFFNESS } else { 0.0 };
     let estimated =
         if is_clear { Estimated::NotTried } else { by_more_modes(model, found, (t, u), missing, shift)? };
     let errors = match estimated {
@@ -155,7 +155,7 @@ pub fn space_error<M: Model + Clone>(
         Estimated::By(errors) if !is_neutral || errors.shape <= doubtful => errors,
         // Displacements under constant forces are no estimate if forces change this much.
         Estimated::Unknown => return Ok(None),
-        _ if doubtful > FARTHEST * length => return Ok(None),
+        _ if doubtful > LARGEST_ERROR * length => return Ok(None),
         _ => Errors {
             tip: doubtful,
             shape: doubtful,
@@ -185,14 +185,14 @@ fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bo
     /// Rounding errors of a few operations.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
     /// Largest relative change of the missing strains.
-    const DIFFERENT: f64 = 0.3;
+    const LARGEST_STRAIN_CHANGE: f64 = 0.3;
     let sizes = &model.facts().typical_coordinates;
     let nearby = |(k, (q, size)): (usize, (&f64, &f64))| {
         if k % 2 == 0 { q + ROUNDING * size } else { q - ROUNDING * size }
     };
     let nearby: Vec<f64> = q.iter().zip(sizes).enumerate().map(nearby).collect();
     let there = model.missing_strain(&nearby).map_or(0.0, |there| there.displacement);
-    (there - missing.displacement).abs() > DIFFERENT * missing.displacement
+    (there - missing.displacement).abs() > LARGEST_STRAIN_CHANGE * missing.displacement
 }
 
 /// Estimate of a model with more modes.
@@ -244,7 +244,7 @@ fn by_more_modes<M: Model + Clone>(
         [tip, shape, strains.curvature, strains.moment].map(|found| found * (1.0 + part));
     let is_finite = [tip, shape, curvature, moment].iter().all(|x| x.is_finite());
     // Additional modes that represent none of the missing strains give no estimate.
-    if !is_finite || part >= 1.0 || tip.max(shape) > FARTHEST * model.facts().length {
+    if !is_finite || part >= 1.0 || tip.max(shape) > LARGEST_ERROR * model.facts().length {
         return Ok(Estimated::Unknown);
     }
     Ok(Estimated::By(Errors {
@@ -269,7 +269,7 @@ fn followed<M: Model>(
     for _ in 0..MOST_STEPS {
         let before = system.out_of_balance;
         let next = system.clone().after(model, &there)?;
-        if next <= LINEAR * before || next <= BALANCED * system.at_first {
+        if next <= LINEAR * before || next <= BALANCED_FORCES * system.at_first {
             return Some((system, there));
         }
         let at_first = system.at_first;
@@ -302,11 +302,11 @@ fn left_out<M: Model>(
     mut q: Vec<f64>,
     missing: MissingStrain,
 ) -> f64 {
-    let mut has_converged = system.out_of_balance <= BALANCED * system.at_first;
-    for _ in 0..CORRECTIONS {
+    let mut has_converged = system.out_of_balance <= BALANCED_FORCES * system.at_first;
+    for _ in 0..MAX_CORRECTIONS {
         let before = system.out_of_balance;
         let Some(next) = system.step(model, &q) else { break };
-        has_converged = system.out_of_balance <= BALANCED * system.at_first;
+        has_converged = system.out_of_balance <= BALANCED_FORCES * system.at_first;
         if has_converged || system.out_of_balance > before && before < system.at_first {
             break;
         }
@@ -378,7 +378,7 @@ impl Linearised {
             return None;
         }
         let mut lu = Lu::new(n + m);
-        let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR;
+        let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR_SYSTEM;
         let (lu, multipliers) = (is_regular.then_some(lu), multipliers.to_vec());
         Some(Self { sizes, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
     }

@@ -18,10 +18,10 @@ pub(super) const NEUTRAL: f64 = 1e-8;
 /// A stiffness counts as symmetric, so that its loads have a potential, if no entry differs from its
 /// transpose by more than this fraction of the elastic stiffnesses it couples. This is above the quadrature
 /// error of strongly bent rods and below the effect of any relevant follower load.
-const SYMMETRIC: f64 = 1e-6;
+const LARGEST_ASYMMETRY: f64 = 1e-6;
 
 fn is_symmetric(a: &Matrix) -> bool {
-    (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= SYMMETRIC))
+    (0..a.nrows()).all(|j| (0..j).all(|i| (a[(i, j)] - a[(j, i)]).abs() <= LARGEST_ASYMMETRY))
 }
 
 /// Tangent stiffness in normalised coordinates, relative to that of material and springs: all eigenvalues are

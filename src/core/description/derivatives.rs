@@ -18,7 +18,7 @@ pub(crate) const REACH: f64 = 4e-3;
 const RATIO: f64 = 1.618_033_988_749_895;
 
 /// Maximum number of distances: down to 0.26 microseconds.
-const LEVELS: usize = 20;
+const MAX_LEVELS: usize = 20;
 
 /// Minimum number of distances before a result is accepted: two or three may agree by chance.
 const FEWEST_LEVELS: usize = 4;
@@ -39,7 +39,7 @@ pub(crate) const TIMES_ERROR: f64 = 10.0;
 const UNITS_OF_ROUNDING: f64 = 8.0;
 
 /// The power of the distance in errors of central differences and in those of one side.
-const CENTRAL: i32 = 2;
+const CENTRAL_POWER: i32 = 2;
 const ONE_SIDED: i32 = 1;
 
 /// Errors below this size, in any units, come from underflow, such as in the tails of pulses.
@@ -88,7 +88,7 @@ pub(crate) fn derivatives<const N: usize>(
     mut value: impl FnMut(f64) -> Result<[f64; N], Interrupted>,
 ) -> Result<Derivatives<N>, Interrupted> {
     // The distance between representable times, so that rounding of `t + wanted` adds no error.
-    let found = extrapolated(t, here, REACH, CENTRAL, |wanted| {
+    let found = extrapolated(t, here, REACH, CENTRAL_POWER, |wanted| {
         let h = (t + wanted) - t;
         let (before, after) = (value(t - h)?, value(t + h)?);
         let first = std::array::from_fn(|i| (after[i] - before[i]) / (2.0 * h));
@@ -158,7 +158,7 @@ fn extrapolated<const N: usize>(
 ) -> Result<Derivatives<N>, Interrupted> {
     let [mut first, mut second] = [0; 2].map(|_| Tableau::new(power));
     let mut wanted = largest;
-    for level in 1..=LEVELS {
+    for level in 1..=MAX_LEVELS {
         let (h, of_distance) = quotients(wanted)?;
         wanted /= RATIO;
         if !of_distance.as_flattened().iter().all(|x| x.is_finite()) || h <= 0.0 {

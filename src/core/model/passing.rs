@@ -67,7 +67,7 @@ pub enum GainCheck {
 }
 
 /// Overlaps within a step of up to this part of the model's length may be missed.
-const SHALLOW: f64 = 1e-4;
+const SHALLOW_OVERLAP: f64 = 1e-4;
 
 /// Maximum number of shapes that are tested within a step.
 const MAX_SAMPLES: usize = 256;
@@ -91,7 +91,7 @@ pub fn have_tunnelled<'a, M: Static + ?Sized>(
 
 /// Stops are missed if a step passes them by more than this, in metres or radians, or by this part of a longer
 /// model; far below the tolerances of methods.
-const MISSED: f64 = 1e-9;
+const LARGEST_PASSAGE: f64 = 1e-9;
 
 /// Number of parts of a step at whose ends stops are tested: a path to a stop and back has one extremum.
 const STOP_SAMPLES: usize = 8;
@@ -107,7 +107,7 @@ fn have_met_stops<M: Model + ?Sized>(
     memory: &mut Vec<f64>,
 ) -> Result<bool, Interrupted> {
     let h = t_new - t;
-    let missed = MISSED * model.facts().length.max(1.0);
+    let missed = LARGEST_PASSAGE * model.facts().length.max(1.0);
     let mut samples = [const { Vec::new() }; STOP_SAMPLES + 1];
     memory.resize(ends[0].len(), 0.0);
     for (sample, beyond) in samples.iter_mut().enumerate() {
@@ -135,7 +135,7 @@ fn highest([before, here, after]: [f64; 3]) -> f64 {
 /// is thrown against a ceiling and falls back, or grazes a corner.
 ///
 /// The step is tested along m straight parts. The motion deviates from each by `1/m^2` of its deviation over the whole step; m makes
-/// this [`SHALLOW`]. `memory` is any vector, kept to save allocations.
+/// this [`SHALLOW_OVERLAP`]. `memory` is any vector, kept to save allocations.
 fn have_touched<M: Model + ?Sized>(
     model: &mut M,
     [t, t_new]: [f64; 2],
@@ -149,7 +149,8 @@ fn have_touched<M: Model + ?Sized>(
     sizes.copy_from_slice(&model.facts().typical_coordinates);
     let changes = rates[0].iter().zip(rates[1]).zip(&*sizes);
     let bend = changes.map(|((leaving, coming), size)| (0.125 * h * (leaving - coming) / size).abs());
-    let samples = (bend.fold(0.0, f64::max) / SHALLOW).sqrt().ceil().clamp(2.0, MAX_SAMPLES as f64) as usize;
+    let samples =
+        (bend.fold(0.0, f64::max) / SHALLOW_OVERLAP).sqrt().ceil().clamp(2.0, MAX_SAMPLES as f64) as usize;
     let mut has_touched = false;
     model.set_time(t)?;
     model.store_surfaces(ends[0]);

@@ -22,7 +22,7 @@ use crate::error::Interrupted;
 /// A thread takes this fraction of its share of the remaining items: large pieces first, which need few
 /// locks, and small pieces at the end, so that no thread idles (guided self-scheduling; Polychronopoulos and
 /// Kuck 1987).
-const PART: usize = 8;
+const SHARE_OF_REST: usize = 8;
 
 /// Interval between calls of `watch`, too short for a waiting user to notice.
 const INTERVAL: Duration = Duration::from_millis(50);
@@ -85,7 +85,7 @@ pub fn for_each<T: Send>(
 fn next_piece<'a, T>(queue: &Mutex<&'a mut [T]>, workers: usize) -> &'a mut [T] {
     let mut left = queue.lock().unwrap_or_else(PoisonError::into_inner);
     let rest = std::mem::take(&mut *left);
-    let (piece, rest) = rest.split_at_mut(rest.len().div_ceil(workers * PART));
+    let (piece, rest) = rest.split_at_mut(rest.len().div_ceil(workers * SHARE_OF_REST));
     *left = rest;
     piece
 }

@@ -37,7 +37,7 @@ pub(crate) struct Sizes {
 /// A stepper that estimates the errors of its steps.
 pub(crate) trait Adaptive: Stepper {
     /// Factor by which a step is shortened that failed without an error estimate.
-    const CUT: f64;
+    const FAILED_STEP_FACTOR: f64;
     /// Whether the motion within a step is curved (its middle is examined too), and its end is checked.
     const BENDS: bool;
 
@@ -99,7 +99,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
                 }
                 invalid += 1;
                 stepper.counters().rejected += 1;
-                A::CUT * h
+                A::FAILED_STEP_FACTOR * h
             }
             Tried::Inaccurate(factor) => {
                 stepper.counters().rejected += 1;
@@ -108,7 +108,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
             Tried::Unsolved(found) => {
                 stepper.counters().unsolved += 1;
                 failure = found;
-                A::CUT * h
+                A::FAILED_STEP_FACTOR * h
             }
         };
     }

@@ -16,18 +16,18 @@ const STEPS_AFTER_STOP: usize = 2;
 
 /// A step excites unresolved vibrations if the kinetic energy of `h` times its change of the accelerations exceeds this part of the
 /// largest kinetic energy.
-const EXCITED: f64 = 1e-3;
+const EXCITED_ENERGY: f64 = 1e-3;
 
 /// In addition, the energy must have changed by more than this part of the kinetic energy.
-const CHANGED: f64 = 2e-3;
+const CHANGED_ENERGY: f64 = 2e-3;
 
 /// Impacts matter if surfaces separate for more than this number of steps afterwards. Impacts without rebound then lose at most a height of
 /// `2 g dt^2`, four times the loss of a step without memory.
-const FLIGHT: f64 = 4.0;
+const STEPS_OF_FLIGHT: f64 = 4.0;
 
 /// Whether impacts with this separation of surfaces matter. The criterion involves the colliding parts only, so it is the same in all frames.
 pub(crate) fn matters(separation: &Separation) -> bool {
-    separation.flight > FLIGHT
+    separation.flight > STEPS_OF_FLIGHT
 }
 
 /// After a step without memory that only its parts could make, the whole step is tried again at every so many.
@@ -262,7 +262,7 @@ impl Unilateral {
         self.place.clear();
         self.place.extend(ends.q[1].iter().zip(before.iter().zip(after)).map(|(_, (a0, a1))| h * (a1 - a0)));
         let [of_change, kinetic] = [&self.place[..], ends.v[1]].map(|v| model.energy(ends.q[1], v).kinetic);
-        if of_change <= EXCITED * kinetic.max(self.impacts.largest_kinetic()) {
+        if of_change <= EXCITED_ENERGY * kinetic.max(self.impacts.largest_kinetic()) {
             return Ok(false);
         }
         let Facts { is_driven, is_carried, varies_in_time, .. } = *model.facts();
@@ -274,7 +274,7 @@ impl Unilateral {
                 change +=
                     sign * model.energy(q, v).total() + 0.5 * h * (model.dissipated_power(q, v) - supplied);
             }
-            change.abs() > CHANGED * kinetic
+            change.abs() > CHANGED_ENERGY * kinetic
         };
         Ok(self.is_excited)
     }

@@ -7,20 +7,20 @@ use crate::numerics::tape::Tape;
 
 /// Losses of more than this part of the largest kinetic energy cause a warning. A body that stops at once loses all of it; a rod that
 /// gradually comes to lie on a floor loses a tenth.
-const LOSS: f64 = 0.25;
+const LARGE_LOSS: f64 = 0.25;
 
 /// The same for models without dissipation, where nothing explains a loss. A ball that rebounds in seven steps loses or gains 2 % of
 /// its energy.
-const UNEXPLAINED: f64 = 0.06;
+const UNEXPLAINED_LOSS: f64 = 0.06;
 
 /// The same if impacts are resolved, but not all of them: resolved ones lose less.
-const UNRESOLVED: f64 = 0.02;
+const UNRESOLVED_LOSS: f64 = 0.02;
 
 /// Losses must also exceed this part of the elastic energy: slowly pressed bodies have hardly any kinetic energy to lose.
 const AT_REST: f64 = 0.1;
 
 /// Recommended step relative to the current one if an impact takes only a few steps.
-const SHORTER: f64 = 0.25;
+const RECOMMENDED_STEP_FACTOR: f64 = 0.25;
 
 /// What users can do about impacts that steps have stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -94,9 +94,9 @@ impl Impacts {
             self;
         let all = lost + most_missing;
         let exceeds = |loss: f64, part: f64| loss > (part * kinetic).max(AT_REST.min(part) * elastic);
-        let unexplained = if remedy == Remedy::Bounded { UNRESOLVED } else { UNEXPLAINED };
+        let unexplained = if remedy == Remedy::Bounded { UNRESOLVED_LOSS } else { UNEXPLAINED_LOSS };
         let is_explained = !is_known || !exceeds(lost + missing, unexplained);
-        if kinetic == 0.0 || is_explained && !exceeds(all, LOSS) {
+        if kinetic == 0.0 || is_explained && !exceeds(all, LARGE_LOSS) {
             return None;
         }
         let bounded = if remedy == Remedy::Bounded {
@@ -112,8 +112,8 @@ impl Impacts {
                 Number(dt),
                 energy(all),
                 100.0 * all / kinetic,
-                SHORTER * dt,
-                SHORTER.powi(-2)
+                RECOMMENDED_STEP_FACTOR * dt,
+                RECOMMENDED_STEP_FACTOR.powi(-2)
             ));
         }
         let softer = (longest / dt).powi(2);

@@ -6,7 +6,7 @@ use crate::numerics::tape::Tape;
 const SAFETY_FACTOR: f64 = 2.0;
 
 /// Fastest decrease of the factor between distance and rate from one measurement to the next: it depends on the direction of the motion.
-const FALL: f64 = 0.9;
+const FASTEST_DECREASE: f64 = 0.9;
 
 /// Maximum number of successive steps that rely on a prediction before the rate is measured again.
 const STEPS_WITHOUT_MEASUREMENT: u32 = 16;
@@ -54,7 +54,7 @@ impl Contraction {
             self.hopeful = self.hopeful.min(upper);
         } else {
             self.hopeful = rate / distance;
-            let memory = if self.cautious.is_finite() { FALL * self.cautious } else { 0.0 };
+            let memory = if self.cautious.is_finite() { FASTEST_DECREASE * self.cautious } else { 0.0 };
             self.cautious = self.hopeful.max(memory);
         }
     }

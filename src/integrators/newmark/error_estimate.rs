@@ -11,7 +11,7 @@ const SMALLEST_COEFFICIENT: f64 = 0.01;
 const SMALLEST_VELOCITY_COEFFICIENT: f64 = 0.01;
 
 /// Relative changes of accelerations below this are rounding, including that of differenced Jacobians in Newton's method.
-const UNCHANGED: f64 = 1e-12;
+const ROUNDING_OF_ACCELERATIONS: f64 = 1e-12;
 
 /// Safety factor of step sizes, and the largest factors by which they change (the usual choices: Hairer, Norsett and Wanner 1993,
 /// section II.4).
@@ -62,8 +62,9 @@ impl ErrorEstimate {
         let n = rtol.len();
         let mut sum = 0.0;
         for i in 0..n {
-            let changed =
-                |change: f64| if change.abs() <= UNCHANGED * a[0][i].abs() { 0.0 } else { h * change };
+            let changed = |change: f64| {
+                if change.abs() <= ROUNDING_OF_ACCELERATIONS * a[0][i].abs() { 0.0 } else { h * change }
+            };
             let change = a[1][i] - a[0][i];
             let memory = if s.is_empty() { 0.0 } else { changed(s[i] - a[0][i] - self.shift * change) };
             let change = changed(change);

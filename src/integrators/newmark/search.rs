@@ -7,10 +7,10 @@
 //! increment is not a suitable measure, because it jumps when friction reverses.
 
 /// Largest remaining work beyond the minimum, relative to that at the start (Matthies and Strang 1979, section 5).
-const BEYOND: f64 = 0.5;
+const LARGEST_REMAINING_WORK: f64 = 0.5;
 
 /// A length that is too long is multiplied by a factor between one minus this and this.
-const LONGEST: f64 = 0.9;
+const LARGEST_LENGTH_FACTOR: f64 = 0.9;
 
 /// Number of lengths after which they are halved instead.
 const MOST_LENGTHS: usize = 12;
@@ -31,7 +31,7 @@ impl Search {
 
     /// Whether a length with this remaining work is accepted.
     pub(super) fn is_done(&self, work: f64) -> bool {
-        self.work > 0.0 && (-BEYOND * self.work..=self.work).contains(&work)
+        self.work > 0.0 && (-LARGEST_REMAINING_WORK * self.work..=self.work).contains(&work)
     }
 
     /// The next length after one that is not accepted: the zero of the work by linear interpolation.
@@ -40,7 +40,8 @@ impl Search {
         if self.work <= 0.0 || self.lengths > MOST_LENGTHS || !work.is_finite() {
             return 0.5 * length;
         }
-        length * (self.work / (self.work + work.abs())).clamp(1.0 - LONGEST, LONGEST)
+        length
+            * (self.work / (self.work + work.abs())).clamp(1.0 - LARGEST_LENGTH_FACTOR, LARGEST_LENGTH_FACTOR)
     }
 }
 
@@ -78,7 +79,7 @@ mod tests {
         // A wall a thousand times as stiff as what moves against it.
         let wall = |x: f64| 1.0 - x - 1e3 * (x - 0.4).max(0.0);
         let (length, tried) = search(wall);
-        assert!(wall(length) >= -BEYOND && tried <= 6, "{length} after {tried}");
+        assert!(wall(length) >= -LARGEST_REMAINING_WORK && tried <= 6, "{length} after {tried}");
     }
 
     #[test]

@@ -21,7 +21,7 @@ use crate::numerics::tape::Tape;
 const THIRD_ORDER_WEIGHT: f64 = 0.01;
 
 /// Step-size factor after an invalid step.
-const MISSED: f64 = 0.5;
+const INVALID_STEP_FACTOR: f64 = 0.5;
 
 /// An explicit pair with its working memory.
 #[derive(Clone, Debug)]
@@ -102,7 +102,7 @@ impl Explicit {
                     invalid += 1;
                     state.counters.rejected += 1;
                     was_rejected = true;
-                    h_abs *= MISSED;
+                    h_abs *= INVALID_STEP_FACTOR;
                     continue;
                 }
                 self.detect_stiffness(state, h_abs);

@@ -23,10 +23,10 @@ const WITH_FRICTION: f64 = 1e-5;
 const STEPS_BY_STAGE: u32 = 16;
 
 /// Gaps below this are rounding: metres, or differences of cosines.
-const CLOSED: f64 = 1e-15;
+const ROUNDING_GAP: f64 = 1e-15;
 
 /// A step that leaves a larger gap has failed to close its loops.
-const OPEN: f64 = 1e-9;
+const LARGEST_CLOSED_GAP: f64 = 1e-9;
 
 /// Corrections smaller than this many times the effect of rounding errors of the gaps are rounding. The effect is computed for
 /// [`PATTERNS`] patterns of signs, because it may cancel in one.
@@ -611,7 +611,7 @@ impl Stages {
             scratch[..n].fill(0.0);
             model_at(system, t)?.gaps(q, &mut scratch[n..]);
             let gap = norm_inf(&scratch[n..]);
-            let has_ended = gap.is_nan() || gap <= CLOSED || gap > LEAST_PROGRESS * last;
+            let has_ended = gap.is_nan() || gap <= ROUNDING_GAP || gap > LEAST_PROGRESS * last;
             last = gap;
             if has_ended {
                 break;
@@ -619,7 +619,7 @@ impl Stages {
             fitting.solve(scratch);
             q.iter_mut().zip(&*scratch).for_each(|(q, change)| *q -= change);
         }
-        if last.is_nan() || last > OPEN {
+        if last.is_nan() || last > LARGEST_CLOSED_GAP {
             return Ok(false);
         }
         system.tangent(t, q, v, end, [0.0, 0.0, 1.0], &mut fitting.tangent)?;

@@ -392,7 +392,7 @@ impl attempts::Stepper for Stepper {
 }
 
 impl Adaptive for Stepper {
-    const CUT: f64 = DIVERGENCE_FACTOR;
+    const FAILED_STEP_FACTOR: f64 = DIVERGENCE_FACTOR;
     const BENDS: bool = true;
 
     fn try_step<S: SecondOrderSystem + ?Sized>(

@@ -24,7 +24,7 @@ pub(super) struct Choice {
 }
 
 /// The explicit method may cost this many times the expected cost of the implicit one; `FEW_STEPS` steps are allowed in any case.
-const PATIENCE: f64 = 4.0;
+const EXPLICIT_COST_FACTOR: f64 = 4.0;
 const FEW_STEPS: f64 = 300.0;
 
 impl Choice {
@@ -80,7 +80,7 @@ impl Choice {
                 "Method: dop853, because its largest rate, {highest:.3} Hz, allows explicit steps of {stable:.1e} s, and the \
                  accuracy takes steps of {explicit:.1e} s anyway, for vibrations of up to {wanted:.3} Hz."
             );
-            let steps = PATIENCE * RADAU.cost / DOP853.cost * duration / implicit;
+            let steps = EXPLICIT_COST_FACTOR * RADAU.cost / DOP853.cost * duration / implicit;
             let worth = steps.max(FEW_STEPS) as usize;
             return Self { integrator: &DOP853, resolved, frequency, worth, reason };
         }

@@ -3,22 +3,22 @@
 use crate::error::Interrupted;
 
 /// Samples belong to a change if the force changes between them at least at this part of its fastest rate.
-const CHANGES: f64 = 0.125;
+const RATE_OF_CHANGE: f64 = 0.125;
 
 /// Neighbouring changes with at most this number of other samples in between are one.
-const GAP: usize = 2;
+const SAMPLES_BETWEEN_CHANGES: usize = 2;
 
 /// Changes that take more than this part of the whole time limit all steps; shorter ones only those within them.
-const LOCAL: f64 = 0.25;
+const SHORT_CHANGE: f64 = 0.25;
 
 /// Number of times that the remaining parts between changes are examined again; then their steps are limited.
-const DEPTH: usize = 4;
+const MAX_DEPTH: usize = 4;
 
 /// A jump is located to this part of the whole time.
-const JUMP: f64 = 1e-9;
+const JUMP_TOLERANCE: f64 = 1e-9;
 
 /// Part of a change that an interval must contain to be halved again.
-const WHOLE: f64 = 0.9;
+const CONTAINED_PART: f64 = 0.9;
 
 /// Steps within a change that is too gradual to be a jump, but falls between two samples.
 const STEPS_OF_AN_EDGE: usize = 4;
@@ -63,7 +63,7 @@ impl Features {
         at: &mut dyn FnMut(f64) -> Result<Sample, Interrupted>,
     ) -> Result<(), Interrupted> {
         let mut beside_jumps = Vec::new();
-        self.examine(part, at, DEPTH, &mut beside_jumps)?;
+        self.examine(part, at, MAX_DEPTH, &mut beside_jumps)?;
         self.ends.sort_by(f64::total_cmp);
         self.ends.dedup();
         if self.ends.len() > MOST_ENDS {
@@ -88,7 +88,7 @@ impl Features {
         let Some(change) = self.fastest(part) else { return Ok(()) };
         let groups = change.groups(part);
         let together: f64 = groups.iter().map(|&(from, to)| part[to].t - part[from].t).sum();
-        if depth == 0 || together > LOCAL * self.duration {
+        if depth == 0 || together > SHORT_CHANGE * self.duration {
             self.longest_step = self.longest_step.min(change.longest_step);
             return Ok(());
         }
@@ -146,11 +146,11 @@ impl Features {
         let change = |from: &Sample, to: &Sample| (to.forces[mode] - from.forces[mode]).abs();
         let whole = change(&from, &to);
         let mut is_edge = false;
-        while to.t - from.t > JUMP * self.duration && !is_edge {
+        while to.t - from.t > JUMP_TOLERANCE * self.duration && !is_edge {
             let middle = at(0.5 * (from.t + to.t))?;
-            if change(&from, &middle) >= WHOLE * whole {
+            if change(&from, &middle) >= CONTAINED_PART * whole {
                 to = middle;
-            } else if change(&middle, &to) >= WHOLE * whole {
+            } else if change(&middle, &to) >= CONTAINED_PART * whole {
                 from = middle;
             } else {
                 is_edge = true;
@@ -175,11 +175,11 @@ impl Change {
         let mut groups: Vec<(usize, usize)> = Vec::new();
         for i in 1..part.len() {
             let by = (part[i].forces[self.mode] - part[i - 1].forces[self.mode]).abs();
-            if by < CHANGES * self.steepest {
+            if by < RATE_OF_CHANGE * self.steepest {
                 continue;
             }
             match groups.last_mut() {
-                Some((_, to)) if i - 1 <= *to + GAP => *to = i,
+                Some((_, to)) if i - 1 <= *to + SAMPLES_BETWEEN_CHANGES => *to = i,
                 _ => groups.push((i - 1, i)),
             }
         }
@@ -216,7 +216,7 @@ mod tests {
         let Features { longest_step, ends, .. } = features(|t| if t < place { 0.0 } else { 1.0 }, 1e-3);
         assert_eq!(longest_step, f64::INFINITY);
         assert_eq!(ends.len(), 2);
-        assert!(ends[0] < place && place <= ends[1] && ends[1] - ends[0] <= JUMP);
+        assert!(ends[0] < place && place <= ends[1] && ends[1] - ends[0] <= JUMP_TOLERANCE);
     }
 
     #[test]
@@ -237,10 +237,9 @@ mod tests {
         assert_eq!(found.longest_step, f64::INFINITY);
         for place in places {
             assert!(
-                found
-                    .ends
-                    .windows(2)
-                    .any(|pair| pair[0] < place && place <= pair[1] && pair[1] - pair[0] < 2.0 * JUMP)
+                found.ends.windows(2).any(|pair| pair[0] < place
+                    && place <= pair[1]
+                    && pair[1] - pair[0] < 2.0 * JUMP_TOLERANCE)
             );
         }
     }

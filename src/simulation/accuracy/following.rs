@@ -17,13 +17,13 @@ use crate::model::{ForwardScratch, Model};
 use crate::numerics::linalg::Matrix;
 
 /// Changes of the excitation that move the tip by less than this fraction of what was asked need not be resolved.
-const VISIBLE: f64 = 0.15;
+const VISIBLE_CHANGE: f64 = 0.15;
 
 /// Vibrations that together move the tip by less than this fraction of what was asked need not be resolved.
-const NEGLECTED: f64 = 0.25;
+const NEGLECTED_MOTION: f64 = 0.25;
 
 /// Fraction of what was asked that each vibration may use in the first run.
-const SHARE: f64 = 0.75;
+const ERROR_SHARE: f64 = 0.75;
 
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
@@ -47,7 +47,7 @@ struct Followed {
 }
 
 /// A state is near an equilibrium if all of its vibrations together move the tip by less than this part of the length.
-const NEAR: f64 = 0.1;
+const NEAR_EQUILIBRIUM: f64 = 0.1;
 
 /// Vibrations to be resolved, and other limits of the step.
 #[derive(Clone, Debug)]
@@ -113,7 +113,7 @@ impl Following {
             if let Some(known) = known {
                 model.end_steps_at(&known.ends);
             }
-            let visible = (VISIBLE * wanted, known.is_none());
+            let visible = (VISIBLE_CHANGE * wanted, known.is_none());
             let drive = Drive::new(model, t_span, q0, (spectrum, &growing), visible, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
@@ -199,7 +199,7 @@ impl Following {
             }
         });
         let followed: Vec<Followed> = followed.collect();
-        let is_near = followed.iter().map(|vibration| vibration.reach).sum::<f64>() < NEAR;
+        let is_near = followed.iter().map(|vibration| vibration.reach).sum::<f64>() < NEAR_EQUILIBRIUM;
         self.vibrations.push(followed);
         is_near
     }
@@ -277,8 +277,8 @@ impl Following {
         // Two runs must not have the same steps, which would have the same errors: limits of the steps depend on the tolerance too.
         let shorter = integrator.shorter((tolerance / self.loosest).min(1.0));
         let of_vibration = |vibration: &Followed| {
-            let allowed =
-                SHARE * self.wanted * (tolerance / self.loosest) / (vibration.reach * vibration.radians);
+            let allowed = ERROR_SHARE * self.wanted * (tolerance / self.loosest)
+                / (vibration.reach * vibration.radians);
             integrator.step_of_error(allowed).min(integrator.longest * shorter) / vibration.frequency
         };
         let of_all = self.of_drive.min(integrator.stability / self.rate) * shorter;
@@ -290,7 +290,7 @@ impl Following {
     /// The same vibrations for all runs of a request, to make the runs comparable: of each state the largest ones. Those that
     /// together reach no farther than a part of what was asked need not be resolved.
     fn visible(&self) -> impl Iterator<Item = &Followed> {
-        let visible = NEGLECTED * self.wanted;
+        let visible = NEGLECTED_MOTION * self.wanted;
         self.vibrations.iter().flat_map(move |vibrations| {
             let mut sorted: Vec<&Followed> = vibrations.iter().collect();
             sorted.sort_by(|a, b| a.reach.total_cmp(&b.reach));
@@ -379,6 +379,6 @@ mod tests {
         let following = following(40.0, 0.1);
         let step = following.longest_step(&super::super::integrator::RADAU, following.loosest);
         let lost = following.error_of_steps(&super::super::integrator::RADAU, step);
-        assert!((lost / (SHARE * following.wanted) - 1.0).abs() < 1e-9, "{lost}");
+        assert!((lost / (ERROR_SHARE * following.wanted) - 1.0).abs() < 1e-9, "{lost}");
     }
 }

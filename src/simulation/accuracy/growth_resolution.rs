@@ -13,13 +13,13 @@ use crate::model::Model;
 use crate::simulation::simulate::unstable_equilibrium;
 
 /// Motions that grow to at most this fraction of the requested accuracy need not be resolved.
-const NEGLECTED: f64 = 0.25;
+const NEGLECTED_MOTION: f64 = 0.25;
 
 /// Fraction of the requested accuracy that each growing motion may use in the first run.
-const SHARE: f64 = 0.75;
+const ERROR_SHARE: f64 = 0.75;
 
 /// Longest step, relative to the time of a growth by e: for longer steps, the leading term does not describe the error.
-const LONGEST: f64 = 1.0;
+const LONGEST_STEP: f64 = 1.0;
 
 /// A motion that grows from a state.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,7 @@ impl GrowthResolution {
 
     /// Also resolves this speed, at which the start excites the growth, if this part of the growth becomes visible.
     pub(super) fn follow_from(&mut self, part: f64, speed: f64, wanted: f64) {
-        if part * self.reach > NEGLECTED * wanted {
+        if part * self.reach > NEGLECTED_MOTION * wanted {
             self.speed = self.speed.max(speed);
         }
     }
@@ -67,7 +67,7 @@ impl GrowthResolution {
 
     /// Whether steps must resolve it for this accuracy.
     fn is_visible(&self, wanted: f64) -> bool {
-        self.reach > NEGLECTED * wanted
+        self.reach > NEGLECTED_MOTION * wanted
     }
 
     /// The speed in 1/s that steps must resolve for this accuracy; zero if none.
@@ -91,8 +91,8 @@ impl GrowthResolution {
         if !self.is_visible(wanted) {
             return f64::INFINITY;
         }
-        let allowed = SHARE * wanted * tightening / (self.reach * self.radians.max(1.0));
-        integrator.step_of_error(allowed).min(LONGEST * integrator.shorter(tightening)) / self.speed
+        let allowed = ERROR_SHARE * wanted * tightening / (self.reach * self.radians.max(1.0));
+        integrator.step_of_error(allowed).min(LONGEST_STEP * integrator.shorter(tightening)) / self.speed
     }
 
     /// A warning about a motion that starts within rounding of a diverging one.
@@ -118,8 +118,8 @@ mod tests {
         let wanted = 1e-4;
         for integrator in [&RADAU, &DOP853] {
             let step = growth(1.0).longest_step(integrator, wanted, 1.0);
-            assert!(step * 5.0 <= LONGEST);
-            assert!(growth(1.0).error_of_steps(integrator, step) <= SHARE * wanted * (1.0 + 1e-9));
+            assert!(step * 5.0 <= LONGEST_STEP);
+            assert!(growth(1.0).error_of_steps(integrator, step) <= ERROR_SHARE * wanted * (1.0 + 1e-9));
             assert!(growth(1.0).longest_step(integrator, wanted, 0.2) < 0.9 * step);
         }
         assert_eq!(growth(0.2 * wanted).longest_step(&RADAU, wanted, 1.0), f64::INFINITY);

@@ -13,25 +13,25 @@ use crate::model::Model;
 use crate::numerics::linalg::Matrix;
 
 /// Largest number of times at which responses are compared.
-const TIMES: usize = 128;
+const MAX_TIMES: usize = 128;
 
 /// Largest model whose linear response is computed: a tenth of a second of work.
 const MOST_COORDINATES: usize = 200;
 
 /// Angle, in radians during the whole motion, below which a vibration counts as having it: formulas for springs serve rigid motions too.
-const SLOWEST: f64 = 1e-2;
+const SLOWEST_ANGLE: f64 = 1e-2;
 
 /// Displacement along a vibration by which its direction at the tip is found, relative to typical coordinates.
 const DISPLACEMENT: f64 = 1e-5;
 
 /// A motion is linear if its tip departs from the linear response by at most this part of its way.
-const LINEAR: f64 = 0.1;
+const LARGEST_DEPARTURE: f64 = 0.1;
 
 /// Steps that differ by less than this part are the same.
-const SAME: f64 = 1e-9;
+const SAME_STEP: f64 = 1e-9;
 
 /// Below this half difference of exponents a vibration counts as critically damped, which is right to 1e-12; the quotient loses six digits there.
-const CRITICAL: f64 = 1e-6;
+const CRITICAL_DAMPING: f64 = 1e-6;
 
 /// Small motions of a model about its start at some times.
 pub(super) struct Linear {
@@ -57,7 +57,7 @@ pub(super) struct Response {
 }
 
 impl Linear {
-    /// About a start, for at most [`TIMES`] of the increasing `times`. `elastic` are the stiffnesses of the coordinates: `None` if one of them
+    /// About a start, for at most [`MAX_TIMES`] of the increasing `times`. `elastic` are the stiffnesses of the coordinates: `None` if one of them
     /// has none, as those of free joints, with closed loops, for large models, and where a function of time fails.
     pub(super) fn new<M: Model>(
         model: &mut M,
@@ -111,7 +111,7 @@ impl Linear {
             let velocity =
                 chosen.iter().zip(&sizes).zip(momentum.iter()).map(|((&i, size), p)| v0[i] / size * p).sum();
             let forces: Vec<f64> = self.forces.iter().map(|tau| -along(tau)).collect();
-            let square = square.max((SLOWEST / duration).powi(2));
+            let square = square.max((SLOWEST_ANGLE / duration).powi(2));
             let response = response([square, modal.damping[(k, k)], velocity], &forces, &self.times);
             let step = DISPLACEMENT / column.amax();
             let mut to = Vec::new();
@@ -157,13 +157,13 @@ impl Linear {
         }
         let some: Vec<[f64; 3]> =
             places.chunks_exact(number).step_by(stride(times)).flatten().copied().collect();
-        largest(&distances(&some, path)) <= LINEAR * range(&some, self.times.len())
+        largest(&distances(&some, path)) <= LARGEST_DEPARTURE * range(&some, self.times.len())
     }
 }
 
 /// Distance, in times, of those at which responses are compared.
 fn stride(times: usize) -> usize {
-    times.div_ceil(TIMES).max(1)
+    times.div_ceil(MAX_TIMES).max(1)
 }
 
 /// `x'' + c x' + w^2 x = f(t)` from zero with a velocity, for forces linear between the times, or a constant one.
@@ -174,7 +174,7 @@ fn response([square, damping, velocity]: [f64; 3], forces: &[f64], times: &[f64]
     let (mut step, mut free) = (0.0_f64, [[0.0; 2]; 2]);
     for i in 1..times.len() {
         let h = times[i] - times[i - 1];
-        if (h - step).abs() > SAME * h {
+        if (h - step).abs() > SAME_STEP * h {
             (step, free) = (h, transition(square, damping, h));
         }
         let slope = (force(i) - force(i - 1)) / h / square;
@@ -199,8 +199,11 @@ fn transition(square: f64, damping: f64, h: f64) -> [[f64; 2]; 2] {
         // Without overflow: both rates are negative.
         let rate = (-discriminant).sqrt();
         let [slow, fast] = [(-half + rate) * h, (-half - rate) * h];
-        let sine =
-            if rate * h > CRITICAL { 0.5 * (slow.exp() - fast.exp()) / rate } else { h * (-half * h).exp() };
+        let sine = if rate * h > CRITICAL_DAMPING {
+            0.5 * (slow.exp() - fast.exp()) / rate
+        } else {
+            h * (-half * h).exp()
+        };
         (0.5 * (slow.exp() + fast.exp()), sine)
     };
     [[cosine + half * sine, sine], [-square * sine, cosine - half * sine]]

@@ -36,7 +36,7 @@ const NEGLIGIBLE_DEFORMATION: f64 = 1e-3;
 
 /// Strains without modes whose frequency exceeds the resolved ones by this factor respond statically; the
 /// forces give their whole effect, and they get no modes.
-const FAST: f64 = 10.0;
+const FAST_FREQUENCY_RATIO: f64 = 10.0;
 
 /// A suddenly loaded spring overshoots to twice its static displacement.
 const STEP_LOAD_OVERSHOOT: f64 = 2.0;
@@ -49,7 +49,7 @@ const SINGULAR: f64 = 1e-9;
 pub(super) const SAFETY: f64 = 2.0;
 
 /// A bound below this part of what was asked needs no better one.
-const CLEARLY: f64 = 0.5;
+const SUFFICIENT_BOUND: f64 = 0.5;
 
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
@@ -159,7 +159,7 @@ pub(super) fn finer<M: Model + Clone>(
         if modes[series] == 0 {
             let mut only = modes.clone();
             only[series] = number;
-            if missing.frequency(&mut richer, first) > FAST * resolved {
+            if missing.frequency(&mut richer, first) > FAST_FREQUENCY_RATIO * resolved {
                 (fine[series], slow[series]) = (0, 0);
             } else if !missing.matters(&mut richer, &of_modes(&only), SIGNIFICANT * tolerance) {
                 fine[series] = 0;
@@ -183,7 +183,7 @@ pub(super) fn finer<M: Model + Clone>(
     // Without a second mode of a strain, nothing tells how far the missing ones reach.
     let has_several = modes.iter().all(|&modes| modes != 1);
     estimate.at_most = estimate.bound(late_at_most(0.5 * estimate.energy));
-    estimate.at_most = estimate.at_most.filter(|most| has_several && *most <= CLEARLY * tolerance);
+    estimate.at_most = estimate.at_most.filter(|most| has_several && *most <= SUFFICIENT_BOUND * tolerance);
     if estimate.at_most.is_some() {
         return model_with(&fine, estimate, Vec::new());
     }

@@ -20,14 +20,14 @@ const ANY_MODES: usize = 1;
 
 /// A mode is kept if it moves the tip by this fraction of the tolerance; the fraction decreases after each
 /// failed verification.
-const KEPT: f64 = 0.1;
-const SMALLER: f64 = 0.25;
+const KEPT_TIP_MOTION: f64 = 0.1;
+const KEPT_FACTOR: f64 = 0.25;
 
 /// Time tolerance of the trials, relative to the requested accuracy.
 const TRIAL_TOLERANCE: f64 = 0.3;
 
 /// Maximum number of trials.
-const TRIALS: usize = 24;
+const MAX_TRIALS: usize = 24;
 
 /// Number of states of a trial that are examined.
 const STATES: usize = 32;
@@ -79,7 +79,7 @@ pub fn choose_modes(
     check(robot, open, purpose, request)?;
     let mut trials = Trials { open, purpose, request, monitor };
     let mut modes = vec![FIRST_MODES; open.len()];
-    let mut kept = KEPT;
+    let mut kept = KEPT_TIP_MOTION;
     let mut space_error = None;
     let ended = |failed: Failed, modes: &[[usize; STRAINS]], space_error| {
         let (robot, message) = match failed {
@@ -93,7 +93,7 @@ pub fn choose_modes(
         };
         Modes { robot, space_error, is_success: false, message }
     };
-    for _ in 0..TRIALS {
+    for _ in 0..MAX_TRIALS {
         let more: Vec<[usize; STRAINS]> = modes.iter().map(|modes| modes.map(more)).collect();
         let fine = match trials.run(robot, &more)? {
             Ok(trial) => trial,
@@ -113,7 +113,7 @@ pub fn choose_modes(
             Ok(Ok(trial)) => trial,
             Err(_) | Ok(Err(Failed::Because(_))) => {
                 // A trial may fail because of too few modes: a beam between two walls cannot bend without stretching.
-                (kept, modes) = (SMALLER * kept, more);
+                (kept, modes) = (KEPT_FACTOR * kept, more);
                 continue;
             }
             Ok(Err(failed)) => return Ok(ended(failed, &modes, space_error)),
@@ -128,7 +128,7 @@ pub fn choose_modes(
             }
             return Ok(Modes { robot: coarse.robot, space_error, is_success: true, message });
         }
-        (kept, modes) = (SMALLER * kept, more);
+        (kept, modes) = (KEPT_FACTOR * kept, more);
     }
     let message = format!(
         "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",

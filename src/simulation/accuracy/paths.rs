@@ -5,11 +5,11 @@ use crate::model::Model;
 use crate::simulation::simulate::Simulation;
 
 /// Minimum number of times at which runs are compared.
-const COMPARED: usize = 100;
+const MIN_COMPARED_TIMES: usize = 100;
 
 /// If differences grow by this factor from the first half of the time to the second one, errors are
 /// multiplied; otherwise they grow at most quadratically in time.
-const GROWTH: f64 = 100.0;
+const GROWTH_OF_ERRORS: f64 = 100.0;
 
 /// Number of evaluated tips between two calls of the monitor; a tip costs less than a step.
 const TIPS_BETWEEN: usize = 16;
@@ -19,8 +19,10 @@ const TIPS_BETWEEN: usize = 16;
 pub(super) fn with_more_times(times: &[f64], (t0, t_end): (f64, f64)) -> Vec<f64> {
     let mut all = times.to_vec();
     let make_sense = times.iter().all(|t| (t0..=t_end).contains(t)) && times.is_sorted();
-    if times.len() < COMPARED && make_sense {
-        all.extend((0..=COMPARED).map(|i| t0 + (t_end - t0) * (i as f64 / COMPARED as f64)));
+    if times.len() < MIN_COMPARED_TIMES && make_sense {
+        all.extend(
+            (0..=MIN_COMPARED_TIMES).map(|i| t0 + (t_end - t0) * (i as f64 / MIN_COMPARED_TIMES as f64)),
+        );
         all.sort_by(f64::total_cmp);
         all.dedup();
     }
@@ -71,5 +73,5 @@ pub(super) fn largest(distances: &[f64]) -> f64 {
 /// Whether the distances are far larger in the second half of the time than in the first one.
 pub(super) fn grows(distances: &[f64]) -> bool {
     let (first, second) = distances.split_at(distances.len() / 2);
-    largest(second) > GROWTH * largest(first) && largest(first) > 0.0
+    largest(second) > GROWTH_OF_ERRORS * largest(first) && largest(first) > 0.0
 }

@@ -20,7 +20,7 @@ const NEGLIGIBLE: f64 = 0.3;
 const SMALLEST_ERROR: f64 = 0.02;
 
 /// A difference of models is attributed to modes if it exceeds the expected error of the steps by this factor.
-const CLEAR: f64 = 3.0;
+const SIGNIFICANT_FACTOR: f64 = 3.0;
 
 /// Tolerance of a first run that finds large errors at little cost, made if `TYPICAL_ERROR` times the bound by forces exceeds it: errors
 /// are often at least this part of their bound.
@@ -29,10 +29,10 @@ const TYPICAL_ERROR: f64 = 0.1;
 
 /// If the change by nodes, estimated by forces, is smaller than this part of the largest accepted change, or larger than it divided by this,
 /// no run is needed.
-const CLEARLY: f64 = 0.3;
+const DECISIVE_FACTOR: f64 = 0.3;
 
 /// Change by additional nodes that requires them, relative to the requested accuracy.
-const NODES: f64 = 0.3;
+const CHANGE_THAT_NEEDS_NODES: f64 = 0.3;
 
 /// Adds the space error to a run, or the reason why it is unknown. If the bound by forces is larger than what was
 /// asked, simulates a finer model, with the method that suits that model, only as accurately as needed to distinguish errors
@@ -90,7 +90,7 @@ pub(super) fn add_error<M: Model + Clone>(
         }
         let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
         let error = finer.estimate.error(apart);
-        if error <= wanted || apart > CLEAR * part * tolerance || tolerance <= tightest {
+        if error <= wanted || apart > SIGNIFICANT_FACTOR * part * tolerance || tolerance <= tightest {
             break error;
         }
         tolerance = if tolerance > fit { fit } else { (tolerance / TIGHTENING).max(tightest) };
@@ -129,10 +129,10 @@ pub(super) fn with_nodes<M: Model + Clone>(
     if is_unresolved {
         return Ok(Some(model));
     }
-    let largest_change = NODES * wanted;
+    let largest_change = CHANGE_THAT_NEEDS_NODES * wanted;
     if let Some([moved, energy]) = by_nodes(plan.model, &mut model, &run.simulation) {
         let changed = moved + plan.following.error_of_frequencies(0.5 * energy, &[]);
-        if changed <= CLEARLY * largest_change || changed >= largest_change / CLEARLY {
+        if changed <= DECISIVE_FACTOR * largest_change || changed >= largest_change / DECISIVE_FACTOR {
             return Ok((changed > largest_change).then_some(model));
         }
     }

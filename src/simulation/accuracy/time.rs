@@ -35,7 +35,7 @@ const SMALLEST_ERROR: f64 = 0.05;
 const LARGE_DRIFT: f64 = 0.1;
 
 /// Energies are compared at every n-th time, with this n.
-const ENERGIES: usize = 4;
+const ENERGY_INTERVAL: usize = 4;
 
 /// After a successful run of a method on trial, the next one may take this many times as many steps.
 const WORTH_MORE: usize = 4;
@@ -44,7 +44,7 @@ const WORTH_MORE: usize = 4;
 const RETRY_TOLERANCE: f64 = 1.5;
 
 /// Maximum number of runs, for motions that multiply every error.
-const RUNS: usize = 6;
+const MAX_RUNS: usize = 6;
 
 /// Tightest tolerance of a run; below, rounding errors dominate.
 const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
@@ -84,7 +84,9 @@ pub(super) fn to_accuracy<M: Model + Clone>(
                 tolerance = FIRST_TOLERANCE * wanted;
                 continue;
             }
-            if tolerance > RETRY_TOLERANCE * wanted && !run.simulation.status.is_interrupted() && runs < RUNS
+            if tolerance > RETRY_TOLERANCE * wanted
+                && !run.simulation.status.is_interrupted()
+                && runs < MAX_RUNS
             {
                 // The failure may be due to the large errors of a loose tolerance.
                 tolerance = RETRY_TOLERANCE * wanted;
@@ -108,13 +110,13 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         };
         let integrator = plan.choice.integrator;
         let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
-        if run.steps() < looser.steps && runs < RUNS {
+        if run.steps() < looser.steps && runs < MAX_RUNS {
             // The looser run had difficulties.
             previous = Some(run.into());
             tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             continue;
         }
-        if gain < LEAST_GAIN && runs < RUNS {
+        if gain < LEAST_GAIN && runs < MAX_RUNS {
             // Steps limited by something other than the tolerance have the same errors in both runs.
             longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
             previous = Some(looser);
@@ -122,7 +124,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         }
         let error = error(plan, &run, &looser, gain);
         let is_met = error <= wanted;
-        if is_met || runs >= RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
+        if is_met || runs >= MAX_RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
             run.simulation.statistics.time_error = Some(error);
             run.simulation.message = if is_met {
                 format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")
@@ -170,7 +172,7 @@ fn error<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run, looser: &Looser, gain:
 /// proportional to the square root of its energy. Smaller drifts are ignored: the balance itself has errors
 /// where loads jump. Methods that damp unresolved vibrations lose most of the energy.
 fn error_of_energy_drift<M: Model + Clone>(plan: &Plan<'_, M>, run: &Run) -> f64 {
-    let balance = run.simulation.every(ENERGIES).balance(&mut plan.model.clone());
+    let balance = run.simulation.every(ENERGY_INTERVAL).balance(&mut plan.model.clone());
     let drift = balance.map_or(0.0, |balance| balance.drift());
     let lost = if drift > LARGE_DRIFT { 1.0 - (1.0 - drift.min(1.0)).sqrt() } else { 0.0 };
     lost * range(&run.tips, run.simulation.t.len()) / plan.model.facts().length

@@ -23,13 +23,13 @@ const MOST_COORDINATES: usize = 100;
 
 /// The start is near an equilibrium or a steady spin if the displacement from it in the time of a growth by e is less than this, relative to
 /// typical coordinates.
-const NEAR: f64 = 0.1;
+const NEAR_STEADY: f64 = 0.1;
 
 /// The same for later states. It may be larger, since the size of the motion there includes the growth that this displacement excites.
 const NEAR_LATER: f64 = 0.5;
 
 /// Number of times at which later states are checked, after the growth from the start has become large.
-const CHECKS: f64 = 16.0;
+const LATER_CHECKS: f64 = 16.0;
 
 /// The stability function of a method.
 enum Steps {
@@ -97,7 +97,7 @@ impl GrowthErrors {
         };
         model.set_time(t_span.0).ok()?;
         let growing = Growing::about(model, [q, v, a], duration).into_iter();
-        let growths = growing.filter(|growing| growing.departure < NEAR).map(|growing| {
+        let growths = growing.filter(|growing| growing.departure < NEAR_STEADY).map(|growing| {
             let begins = growing.size * growing.reach(model, q);
             let lasts = (FARTHEST / begins.max(ROUNDING_OF_STATES)).ln() / growing.rate;
             let until = t_span.0 + lasts.clamp(0.0, duration);
@@ -108,7 +108,7 @@ impl GrowthErrors {
         let known = (0.0, vec![0.0; growths.len()]);
         let fastest = growths.iter().max_by(|a, b| a.rate.re.total_cmp(&b.rate.re))?;
         let next = fastest.until;
-        let between = ((t_span.1 - next) / CHECKS).max(1.0 / fastest.rate.re);
+        let between = ((t_span.1 - next) / LATER_CHECKS).max(1.0 / fastest.rate.re);
         let (last, longest, passed) = (t_span.0, 0.0, None);
         Some(Self { steps, t_span, last, longest, known, growths, passed, next, between })
     }

@@ -16,12 +16,12 @@ const FIRST_SAMPLE: usize = 256;
 
 /// Steps longer than this fraction of the stability limit are limited by the largest rate, either for
 /// stability or because they resolve that rate.
-const LIMITED: f64 = 0.1;
+const STEP_NEAR_LIMIT: f64 = 0.1;
 
 /// Resolving the largest rate is not intended if it exceeds the highest frequency that is visible at the tip
-/// by `MANY_TIMES`. A vibration is visible if it moves the tip by `VISIBLE` times the length.
+/// by `MANY_TIMES`. A vibration is visible if it moves the tip by `VISIBLE_MOTION` times the length.
 const MANY_TIMES: f64 = 10.0;
-const VISIBLE: f64 = 1e-5;
+const VISIBLE_MOTION: f64 = 1e-5;
 
 /// Check made during a run.
 pub(super) enum Watch {
@@ -100,8 +100,8 @@ impl StiffnessWatch {
         }
         let spectrum = Spectrum::new(model, t, q, v)?;
         let rate = spectrum.rate();
-        let visible = spectrum.highest_visible(model, q, VISIBLE * model.facts().length);
-        if step * rate < LIMITED * self.limit || rate < MANY_TIMES * visible {
+        let visible = spectrum.highest_visible(model, q, VISIBLE_MOTION * model.facts().length);
+        if step * rate < STEP_NEAR_LIMIT * self.limit || rate < MANY_TIMES * visible {
             return None;
         }
         let message = format!(

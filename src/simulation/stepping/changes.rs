@@ -11,11 +11,11 @@ use crate::numerics::tape::Tape;
 
 /// Each step is examined at this many times after its start, and at more if no tendon is taut: free motions are integrated
 /// in long steps, and these looks need no tensions. Steps of fixed size are examined at their ends only.
-const SAMPLES: usize = 4;
+const SAMPLES_OF_A_STEP: usize = 4;
 const SAMPLES_WITHOUT_TENSION: usize = 16;
 
 /// A tendon is released if it pushes by more than this part of the largest tension so far; less is rounding.
-const PUSHES: f64 = 1e-10;
+const PUSHING_FORCE: f64 = 1e-10;
 
 /// At the end of a step that was planned to release a tendon, its tension must be below this part of the largest
 /// tension.
@@ -152,7 +152,7 @@ impl Changes {
         let largest = self.largest_tension.max(f64::MIN_POSITIVE);
         let tendons = active.iter().zip(&passed).zip(tensions);
         let value = |((&is_active, [by, _]), tension): ((&bool, &[f64; 2]), &f64)| match is_active {
-            true => -tension / largest - PUSHES,
+            true => -tension / largest - PUSHING_FORCE,
             false => by - ACTIVATION_EXCESS,
         };
         let values = tendons.map(value).collect();
@@ -246,7 +246,7 @@ fn search(
     }
     let looks = match before.active.contains(&true) {
         _ if is_fixed => 1,
-        true => SAMPLES,
+        true => SAMPLES_OF_A_STEP,
         false => SAMPLES_WITHOUT_TENSION,
     };
     for k in 1..=looks {

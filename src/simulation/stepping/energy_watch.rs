@@ -9,13 +9,13 @@ use crate::numerics::tape::Tape;
 use crate::simulation::balance::State;
 
 /// Energies above the initial one by this part of the largest kinetic energy cause a warning: errors of speeds of half a percent.
-const GAIN: f64 = 1e-2;
+const ENERGY_GAIN: f64 = 1e-2;
 
 /// So do rises by this part after losses. In an impact of six steps a body loses 28 percent and regains 2.5 percent as it separates.
-const RISE: f64 = 3e-2;
+const ENERGY_RISE: f64 = 3e-2;
 
 /// So do losses by this part in models without dissipation.
-const LOSS: f64 = 3e-2;
+const ENERGY_LOSS: f64 = 3e-2;
 
 /// The same for contact of rigid shapes, where steps may stop impacts that they do not resolve.
 const LOSS_IN_CONTACT: f64 = 0.25;
@@ -36,14 +36,14 @@ const ROUNDING_OF_PLACES: f64 = 1e-12;
 const REPORTED_IN_JOULES: f64 = 100.0;
 
 /// A part whose velocities have changed by less than this, relative to themselves, moves uniformly: it exchanges no energy.
-const UNIFORM: f64 = 1e-6;
+const UNIFORM_VELOCITY: f64 = 1e-6;
 
 /// Number of steps between evaluations of the energy while nothing can touch: the cheapest steps cost as much as four evaluations.
 const STEPS_PER_EVALUATION: usize = 8;
 
 /// Number of evaluations for which a rise must last in a model with contact: within an impact the energy rises and falls again,
 /// because a step samples the overlap at its end only.
-const LASTING: usize = 3;
+const EVALUATIONS_OF_A_RISE: usize = 3;
 
 /// The energy over a run with fixed steps.
 #[derive(Clone, Debug)]
@@ -100,7 +100,7 @@ impl EnergyWatch {
         }
         let is_driven = model.facts().is_driven || varies;
         let is_free = !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
-        let lasting = if has_contact { LASTING } else { 1 };
+        let lasting = if has_contact { EVALUATIONS_OF_A_RISE } else { 1 };
         let mut largest = model.energy(q, v);
         let (start, of_all) = (largest.total(), largest.kinetic);
         let began = if model.facts().parts.len() > 1 { v.to_vec() } else { Vec::new() };
@@ -190,7 +190,7 @@ impl EnergyWatch {
             for &size in &model.facts().parts {
                 let part = moving.len()..moving.len() + size;
                 let mut pairs = v[part.clone()].iter().zip(&began[part.clone()]);
-                let is_uniform = pairs.all(|(now, then)| (now - then).abs() <= UNIFORM * then.abs());
+                let is_uniform = pairs.all(|(now, then)| (now - then).abs() <= UNIFORM_VELOCITY * then.abs());
                 moving.extend(velocities[part].iter().map(|&v| if is_uniform { 0.0 } else { v }));
             }
             if moving == v {
@@ -239,12 +239,12 @@ impl EnergyWatch {
             true => format!("{:.1} % of the largest kinetic energy", 100.0 * change / largest.kinetic),
             false => format!("{change:.1e} J, far more than the largest kinetic energy"),
         };
-        let found = if exceeds(gain, GAIN) || exceeds(rise, RISE) {
+        let found = if exceeds(gain, ENERGY_GAIN) || exceeds(rise, ENERGY_RISE) {
             format!(
                 "Between t = {from:.3} s and {to:.3} s the energy rises by {}, though nothing supplies any",
                 share(rise)
             )
-        } else if keeps_energy && exceeds(loss, LOSS) {
+        } else if keeps_energy && exceeds(loss, ENERGY_LOSS) {
             format!("Until t = {at:.3} s the energy falls by {}, though nothing dissipates any", share(loss))
         } else {
             return None;

@@ -6,7 +6,7 @@
 use crate::model::constraint::one_sided::{ACTIVATION_EXCESS, TAUT, most_switches};
 
 /// A tendon counts as pushing if it does so by more than this part of the largest tension in the step.
-const PUSHES: f64 = 1e-10;
+const PUSHING_FORCE: f64 = 1e-10;
 
 /// Violations at the end of a step with an active set: the largest push, in units of the largest tension, and the largest excess of a
 /// length, in units of the length of what the tendon joins.
@@ -66,7 +66,7 @@ impl Search {
 /// How hard tendons push, beyond rounding.
 fn pushes(pulls: &[f64]) -> Vec<f64> {
     let largest = pulls.iter().fold(f64::MIN_POSITIVE, |largest, pull| largest.max(pull.abs()));
-    pulls.iter().map(|pull| -pull / largest - PUSHES).collect()
+    pulls.iter().map(|pull| -pull / largest - PUSHING_FORCE).collect()
 }
 
 /// The largest of the positive values, or zero.

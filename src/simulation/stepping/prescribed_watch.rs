@@ -12,11 +12,11 @@ use crate::simulation::balance::State;
 /// A drag of more than this part of the range of a prescribed motion causes a warning: cubic moves of seven steps. So does a
 /// remaining velocity of more than this part of the largest one, such as after moves that begin and end within steps with jumps of the
 /// acceleration.
-const DRAGGED: f64 = 2e-2;
+const LARGEST_DRAG: f64 = 2e-2;
 
 /// Number of steps over which drags accumulate. Over longer times the small errors of resolved motions would accumulate too, which
 /// springs and dampers remove.
-const MEMORY: f64 = 16.0;
+const STEPS_OF_MEMORY: f64 = 16.0;
 
 /// A prescribed coordinate, compared with the integration of its accelerations by the scheme.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,7 +72,7 @@ impl PrescribedWatch {
     /// Records the prescribed coordinates after a step, at the time that is set in the model.
     pub(super) fn step<M: Model>(&mut self, model: &mut M, t: f64) {
         let h = t - std::mem::replace(&mut self.t, t);
-        let ([beta, gamma], kept) = (self.weights, (-h / (MEMORY * self.dt)).exp());
+        let ([beta, gamma], kept) = (self.weights, (-h / (STEPS_OF_MEMORY * self.dt)).exp());
         self.now.clear();
         model.prescribed(&mut self.now);
         for (coordinate, &now) in self.coordinates.iter_mut().zip(&self.now) {
@@ -118,16 +118,17 @@ impl PrescribedWatch {
             .iter()
             .map(part)
             .fold([0.0; 2], |[place, velocity], [p, v]| [f64::max(place, p), f64::max(velocity, v)]);
-        if dragged.max(left) <= DRAGGED {
+        if dragged.max(left) <= LARGEST_DRAG {
             return None;
         }
         // Vibrations that are faster than that return meanwhile.
         let spectrum = Spectrum::new(model, end.t, end.q, end.v)?;
         let slowest = spectrum.modes.iter().map(|mode| mode.frequency).fold(f64::INFINITY, f64::min);
-        let [dragged, left] = [dragged, left].map(|off| off / (1.0 + (slowest * MEMORY * self.dt).powi(2)));
-        let found = if dragged > DRAGGED {
+        let [dragged, left] =
+            [dragged, left].map(|off| off / (1.0 + (slowest * STEPS_OF_MEMORY * self.dt).powi(2)));
+        let found = if dragged > LARGEST_DRAG {
             format!("is dragged along by up to {:.0} % of this motion", (100.0 * dragged).min(100.0))
-        } else if left > DRAGGED {
+        } else if left > LARGEST_DRAG {
             format!("keeps up to {:.0} % of its largest velocity", (100.0 * left).min(100.0))
         } else {
             return None;
@@ -136,7 +137,7 @@ impl PrescribedWatch {
             "A prescribed motion lasts only a few steps of {} s, too few to resolve its accelerations: what moves freely behind it {found}. \
              Take steps of {:.1e} s or less, or method \"radau\".",
             Number(self.dt),
-            self.dt * (DRAGGED / dragged).sqrt().min(DRAGGED / left)
+            self.dt * (LARGEST_DRAG / dragged).sqrt().min(LARGEST_DRAG / left)
         ))
     }
 

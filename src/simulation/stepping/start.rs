@@ -5,7 +5,7 @@ use crate::model::constraint::{closing, projection};
 use crate::model::{Model, chart};
 
 /// Changes of a start below this part of the sizes of coordinates count as rounding.
-const UNMOVED: f64 = 1e-9;
+const ROUNDING_OF_STARTS: f64 = 1e-9;
 
 /// A state with closed loops.
 pub(crate) struct Start {
@@ -46,7 +46,7 @@ impl Start {
         let mut sizes = vec![0.0; q.len()];
         model.sizes(&q, &mut sizes);
         let step = chart::step_between(&model.facts().rotation_vectors, q0, &q);
-        let has_moved = step.iter().zip(sizes).any(|(step, size)| step.abs() > UNMOVED * size);
+        let has_moved = step.iter().zip(sizes).any(|(step, size)| step.abs() > ROUNDING_OF_STARTS * size);
         let moved = if has_moved { model.moved(q0, &q) } else { 0.0 };
         Ok(Self { q, v, moved })
     }

@@ -9,20 +9,20 @@ const MOST_PARTS: usize = 8;
 
 /// A step passes over several corners if its ends predict the mean of the table over the step with an error
 /// below this part of the range of the table. Errors of steps that resolve a smooth table are smaller.
-const NEGLIGIBLE: f64 = 1e-4;
+const NEGLIGIBLE_ERROR: f64 = 1e-4;
 
 /// The range of a sine over the mean of its magnitude, about.
 const RANGE_OF_MEAN: f64 = 3.0;
 
 /// The same for an error below this part of the mean magnitude over the step: larger errors belong to low pulses, which are hardly visible
 /// at the ends. A smooth table that leaves zero has such errors for a few steps.
-const MISSED: f64 = 1e-2;
+const MISSED_PULSE: f64 = 1e-2;
 
 /// Pulses lower than this part of the others of their table are ignored.
 const NEGLIGIBLE_PULSE: f64 = 1e-7;
 
 /// Relative change of the slope that is rounding.
-const STRAIGHT: f64 = 1e-9;
+const ROUNDING_OF_SLOPES: f64 = 1e-9;
 
 /// The rest of a step of fixed size.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,8 @@ impl<const N: usize> Table<N> {
         let mean = self.impulse / self.support.max(cell.end - cell.start);
         let size = self.range.min(RANGE_OF_MEAN * mean);
         let [error, magnitude] = self.means(cell);
-        let tolerated = (MISSED * magnitude).clamp(NEGLIGIBLE_PULSE * NEGLIGIBLE * size, NEGLIGIBLE * size);
+        let tolerated = (MISSED_PULSE * magnitude)
+            .clamp(NEGLIGIBLE_PULSE * NEGLIGIBLE_ERROR * size, NEGLIGIBLE_ERROR * size);
         if error <= tolerated { None } else { self.end_of_part(first, cell) }
     }
 
@@ -81,14 +82,18 @@ impl<const N: usize> Table<N> {
     pub(crate) fn corner_of_jumps(&self, cell: Cell) -> Option<f64> {
         let mut corners = self.corners_within(cell.t, cell);
         let first = corners.next()?;
-        let is_resolved = corners.next().is_some() && self.means(cell)[0] <= NEGLIGIBLE * self.range;
+        let is_resolved = corners.next().is_some() && self.means(cell)[0] <= NEGLIGIBLE_ERROR * self.range;
         (!is_resolved).then_some(first)
     }
 
     /// The same for tables whose single corners do not matter.
     pub(crate) fn corner_of_unresolved(&self, cell: Cell) -> Option<f64> {
         let first = self.corners_within(cell.t, cell).next()?;
-        if self.means(cell)[0] <= NEGLIGIBLE * self.range { None } else { self.end_of_part(first, cell) }
+        if self.means(cell)[0] <= NEGLIGIBLE_ERROR * self.range {
+            None
+        } else {
+            self.end_of_part(first, cell)
+        }
     }
 
     /// The next corner, or of very many the one at which a part of the step is long enough.
@@ -112,7 +117,8 @@ impl<const N: usize> Table<N> {
     /// Whether the slope changes at the time with this index.
     pub(super) fn bends_at(&self, i: usize) -> bool {
         let [before, after] = [self.slope_after(i.checked_sub(1)), self.slope_after(Some(i))];
-        (0..N).any(|k| (after[k] - before[k]).abs() > STRAIGHT * before[k].abs().max(after[k].abs()))
+        (0..N)
+            .any(|k| (after[k] - before[k]).abs() > ROUNDING_OF_SLOPES * before[k].abs().max(after[k].abs()))
     }
 
     /// Slope after the time with this index: zero before the first time and after the last one.

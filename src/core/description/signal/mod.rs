@@ -62,7 +62,7 @@ const DIFFERENCE_STEP: f64 = 1e-4;
 
 /// A function jumps if its change in an interval exceeds this many times those in the neighbouring intervals. A function that starts as
 /// t^5 changes 31 times more in the second interval than in the first.
-const JUMP: f64 = 40.0;
+const JUMP_FACTOR: f64 = 40.0;
 
 /// Differences of a function on one side of a time.
 struct Differences<const N: usize> {
@@ -76,7 +76,7 @@ struct Differences<const N: usize> {
 impl<const N: usize> Differences<N> {
     /// Whether the function may jump in one of the intervals.
     fn may_jump(&self) -> bool {
-        self.largest > JUMP * self.smallest
+        self.largest > JUMP_FACTOR * self.smallest
     }
 }
 
@@ -127,7 +127,7 @@ impl<const N: usize> Signal<N> {
                     return Ok(forward.rates);
                 }
                 let backward = self.differences(t, -DIFFERENCE_STEP)?;
-                let is_jump = forward.largest > JUMP * backward.largest.max(forward.smallest);
+                let is_jump = forward.largest > JUMP_FACTOR * backward.largest.max(forward.smallest);
                 Ok(if is_jump { backward.rates } else { forward.rates })
             }
         }
@@ -187,10 +187,10 @@ impl<const N: usize> Signal<N> {
     /// a quarter of a period. Always later than `t`; infinite for functions, about which nothing is known.
     pub fn horizon(&self, t: f64) -> f64 {
         /// Evaluations per period that detect every oscillation.
-        const SAMPLES: f64 = 4.0;
+        const SAMPLES_PER_PERIOD: f64 = 4.0;
         match self {
             Self::Constant(_) | Self::Function(_) | Self::Input(_) => f64::INFINITY,
-            Self::Harmonic(_) => (t + self.period() / SAMPLES).max(t.next_up()),
+            Self::Harmonic(_) => (t + self.period() / SAMPLES_PER_PERIOD).max(t.next_up()),
             Self::Table(table) => table.next_time(t),
         }
     }

@@ -21,23 +21,23 @@ use crate::numerics::linalg::{Matrix, dot, norm, symmetric_eigen, symmetric_part
 const ROUNDING: f64 = 1e-13;
 
 /// Up to this part of their sizes, gaps count as closed.
-const CLOSED: f64 = 1e-9;
+const LARGEST_CLOSED_GAP: f64 = 1e-9;
 
 /// The longest step, in sizes of coordinates.
-const LONGEST: f64 = 0.5;
+const LONGEST_STEP: f64 = 0.5;
 
 /// The search makes progress while the largest gap falls by this part within [`PATIENCE`] steps.
 const PROGRESS: f64 = 1e-3;
 const PATIENCE: usize = 8;
 
 /// Rows, and directions of rows, that are shorter than the largest one by this factor count as zero.
-const RANK: f64 = 1e-9;
+const RANK_TOLERANCE: f64 = 1e-9;
 
 /// Gaps are not closed to first order if more than this part of them is left.
-const UNREACHED: f64 = 1e-3;
+const LEFT_TO_FIRST_ORDER: f64 = 1e-3;
 
 /// A closing force counts as deforming if at least this part of the smallest motion is along elastic coordinates.
-const DEFORMS: f64 = 0.5;
+const DEFORMING_PART: f64 = 0.5;
 
 /// Stiffness below this part of the largest one counts as zero.
 const SOFTEST: f64 = 1e-14;
@@ -78,8 +78,8 @@ fn find<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> f64 {
     let mut start = q.to_vec();
     chart::fold(&model.facts().rotation_vectors, &mut start);
     let mut ended = vec![approach(model, start.clone(), Moves::All)];
-    let is_closed = |ended: &[Ended]| ended.iter().any(|ended| ended.gap <= CLOSED);
-    if left > CLOSED {
+    let is_closed = |ended: &[Ended]| ended.iter().any(|ended| ended.gap <= LARGEST_CLOSED_GAP);
+    if left > LARGEST_CLOSED_GAP {
         let load = if is_closed(&ended) { Load::BeforeClosed } else { Load::Any };
         ended.extend(on_both_sides(model, &start, load));
         if let Some(turned) = turned(model, &start) {
@@ -138,14 +138,14 @@ fn turned<M: Static + ?Sized>(model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
     let elastic = Normalised::new(model, q).elastic;
     let is_mixed = elastic.iter().any(|part| *part > 0.0) && elastic.contains(&0.0);
     let ended = is_mixed.then(|| approach(model, q.to_vec(), Moves::Rigid))?;
-    (ended.gap > CLOSED).then_some(ended.q)
+    (ended.gap > LARGEST_CLOSED_GAP).then_some(ended.q)
 }
 
 /// The closed shape of least energy, valid ones first; if no shape is closed, the first of all.
 fn of_least_energy<'a, M: Static + ?Sized>(model: &mut M, ended: &'a [Ended]) -> &'a Ended {
     let rest = vec![0.0; model.facts().n];
     let mut best: Option<(&Ended, bool, f64)> = None;
-    for other in ended.iter().filter(|ended| ended.gap <= CLOSED) {
+    for other in ended.iter().filter(|ended| ended.gap <= LARGEST_CLOSED_GAP) {
         let energy = model.energy(&other.q, &rest);
         let is_valid = model.invalid_shape(&other.q).is_none();
         let size = energy.elastic.abs() + energy.gravitational.abs() + energy.loads.abs();
@@ -182,7 +182,7 @@ fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) ->
             (best.gap, best.q) = (gap, q.clone());
         }
         // Near rounding the gap no longer falls.
-        let has_ended = gap <= ROUNDING || (is_whole && gap < CLOSED && gap > 0.5 * last);
+        let has_ended = gap <= ROUNDING || (is_whole && gap < LARGEST_CLOSED_GAP && gap > 0.5 * last);
         if has_ended || !gap.is_finite() || without_progress > PATIENCE {
             return best;
         }
@@ -196,7 +196,7 @@ fn approach<M: Static + ?Sized>(model: &mut M, mut q: Vec<f64>, moves: Moves) ->
         if size.is_nan() || size <= f64::EPSILON {
             return best;
         }
-        let part = (LONGEST / size).min(1.0);
+        let part = (LONGEST_STEP / size).min(1.0);
         let step: Vec<f64> = step.iter().map(|x| part * x).collect();
         chart::retract(&model.facts().rotation_vectors, &mut q, &step);
         (last, is_whole) = (gap, part == 1.0);
@@ -335,7 +335,7 @@ impl Normalised {
             .zip(in_sizes.row_iter())
             .map(|(mut column, row)| {
                 let length = column.norm();
-                if row.norm() > RANK && length > 0.0 {
+                if row.norm() > RANK_TOLERANCE && length > 0.0 {
                     let factor = if relative == Relative::ToRates { 1.0 / length } else { 1.0 };
                     column *= factor;
                     return factor;
@@ -346,7 +346,7 @@ impl Normalised {
             .collect();
         let (left, values, right) = thin_svd(&columns)?;
         let largest = values.first().copied().unwrap_or(0.0);
-        let rank = values.iter().take_while(|&&value| value > RANK * largest).count();
+        let rank = values.iter().take_while(|&&value| value > RANK_TOLERANCE * largest).count();
         Some(Rows { factors, left, values: values[..rank].to_vec(), right })
     }
 
@@ -356,7 +356,7 @@ impl Normalised {
             let rows = self.rows(model, q, Relative::ToRates)?;
             let scaled = rows.scaled(gaps);
             let (mut x, left) = rows.closing(&scaled);
-            if norm(&left) > UNREACHED * norm(&scaled) {
+            if norm(&left) > LEFT_TO_FIRST_ORDER * norm(&scaled) {
                 let rows = self.rows(model, q, Relative::ToSizes)?;
                 (x, _) = rows.closing(&rows.scaled(gaps));
             }
@@ -414,13 +414,13 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
         let part = dot(rows.right.column(k).as_slice(), &scaled) / (value * value);
         force.iter_mut().zip(&rows.right.column(k)).for_each(|(force, right)| *force += part * right);
     }
-    let is_reached = norm(&unreached) <= RANK * norm(&scaled);
+    let is_reached = norm(&unreached) <= RANK_TOLERANCE * norm(&scaled);
     if !is_reached {
         force = unreached;
     }
     let deformed: f64 = x.iter().zip(&normalised.elastic).map(|(x, part)| part * x * x).sum();
     let counts_all = load == Load::Any || !is_reached;
-    if !counts_all && deformed < DEFORMS * dot(&x, &x) {
+    if !counts_all && deformed < DEFORMING_PART * dot(&x, &x) {
         return None;
     }
     let work = dot(&force, &scaled);
@@ -439,7 +439,7 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     let largest = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
     let lowest = *values.first()?;
     // In normalised coordinates, energies of one coordinate are one: a lower eigenvalue exceeds the elastic energy.
-    let least = if counts_all { RANK * largest } else { 1.0 };
+    let least = if counts_all { RANK_TOLERANCE * largest } else { 1.0 };
     if lowest >= -least || work <= 0.0 {
         return None;
     }
@@ -455,7 +455,7 @@ fn buckling<M: Static + ?Sized>(model: &mut M, q: &[f64], load: Load) -> Option<
     };
     let loads = normalised.loads(model, q);
     let mut mode = along(&loads);
-    if norm(&mode) <= RANK * norm(&loads) {
+    if norm(&mode) <= RANK_TOLERANCE * norm(&loads) {
         mode = along(&(0..n).map(|i| (1.7 * i as f64).cos()).collect::<Vec<_>>());
     }
     let size = (work / -lowest).sqrt() / norm(&mode);

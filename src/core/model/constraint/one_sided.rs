@@ -22,11 +22,11 @@ pub const SLACKENING_RATE: f64 = 1e-9;
 const NEARLY_TAUT: f64 = 10.0 * ACTIVATION_EXCESS;
 
 /// Switches of the active set that are tried per constraint.
-const SWITCHES: usize = 4;
+const MAX_SWITCHES: usize = 4;
 
 /// Number of switches of the active set that are tried.
 pub fn most_switches(constraints: usize) -> usize {
-    SWITCHES * (constraints + 1)
+    MAX_SWITCHES * (constraints + 1)
 }
 
 /// Accelerations, and multipliers of the active constraints, in a state ([`saddle::accelerations`]). Allocates.

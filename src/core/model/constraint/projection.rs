@@ -4,16 +4,16 @@ use super::saddle::{MassSaddle, accelerations_by};
 use crate::model::{SingularMass, Static};
 
 /// Gaps below this part of the lengths of the joined parts are rounding.
-const CLOSED: f64 = 1e-13;
+const ROUNDING_GAP: f64 = 1e-13;
 
 /// Below this, the projection ends once gaps stop falling.
-const NEAR: f64 = 1e-9;
+const NEARLY_CLOSED_GAP: f64 = 1e-9;
 
 /// Steps of the projection, which is Gauss and Newton's method: it converges quadratically from nearby.
 const MAX_STEPS: usize = 100;
 
 /// No step moves a coordinate by more than this, in units of its typical size.
-const LONGEST: f64 = 0.3;
+const LONGEST_STEP: f64 = 0.3;
 
 /// Constraints whose rows enclose less than this angle (radians) are at a singular position: accelerations grow with its inverse
 /// square, and so do their errors.
@@ -39,17 +39,17 @@ pub fn close<M: Static + ?Sized>(model: &mut M, q: &mut [f64]) -> Result<f64, Si
     let mut gap = largest(&gaps, &gap_sizes);
     let mut best = (gap, q.to_vec());
     for _ in 0..MAX_STEPS {
-        if !(gap > CLOSED && gap.is_finite()) {
+        if !(gap > ROUNDING_GAP && gap.is_finite()) {
             break;
         }
         let (step, _) = MassSaddle::new(model, q)?.closing(&gaps);
         let longest = step.iter().zip(&sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max);
-        let part = if longest > LONGEST { LONGEST / longest } else { 1.0 };
+        let part = if longest > LONGEST_STEP { LONGEST_STEP / longest } else { 1.0 };
         q.iter_mut().zip(&step).for_each(|(q, step)| *q -= part * step);
         model.gaps(q, &mut gaps);
         let next = largest(&gaps, &gap_sizes);
         // Near rounding the gap no longer falls.
-        let has_ended = part == 1.0 && next > 0.5 * gap && gap < NEAR;
+        let has_ended = part == 1.0 && next > 0.5 * gap && gap < NEARLY_CLOSED_GAP;
         gap = next;
         if gap < best.0 {
             best = (gap, q.to_vec());

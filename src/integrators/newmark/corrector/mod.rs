@@ -69,14 +69,14 @@ const WIDER: f64 = 2.0;
 
 /// Steps are similar if their first increments differ by at most this fraction. A Jacobian that jumps (contact, dry friction) causes a
 /// larger difference.
-const SIMILAR: f64 = 0.5;
+const SIMILAR_INCREMENTS: f64 = 0.5;
 
 /// Smallest tolerance, for `atol = 0` and an initial guess of zero: the squares of increments in units of the tolerances must not
 /// overflow. Rounding then ends the iteration.
 const SMALLEST_TOLERANCE: f64 = 1e-100;
 
 /// Without inertia steps are solved to this part of the sizes of coordinates, whatever their duration.
-const DISPLACED: f64 = 1e-9;
+const QUASI_STATIC_TOLERANCE: f64 = 1e-9;
 
 /// Typical number of iterations with a fresh Jacobian.
 const FRESH_ITERATIONS: f64 = 2.0;
@@ -458,7 +458,7 @@ impl<V: Numbers> Corrector<V> {
         self.first.copy_from_slice(&self.increment);
         let differences = self.first.iter().zip(self.last_first.iter()).map(|(first, last)| first - last);
         let difference = self.size_of(differences);
-        difference <= SIMILAR * self.first_size.max(1.0) && self.first_size.is_finite()
+        difference <= SIMILAR_INCREMENTS * self.first_size.max(1.0) && self.first_size.is_finite()
     }
 
     /// Whether a kept Jacobian is expected to be cheaper than a fresh one in a step that begins like the last one.
@@ -691,7 +691,7 @@ impl<V: Numbers> Corrector<V> {
         {
             let size = accelerations.iter().fold(0.0, |size: f64, a| size.max(a[i].abs()));
             // Without inertia an acceleration is a displacement over the square of a step of any size.
-            let atol = if is_at_rest { atol.min(DISPLACED * sizes[i] / reach) } else { *atol };
+            let atol = if is_at_rest { atol.min(QUASI_STATIC_TOLERANCE * sizes[i] / reach) } else { *atol };
             let tolerance = SAFETY * (atol + rtol * size);
             *inverse = 1.0 / tolerance.max(SMALLEST_TOLERANCE);
         }

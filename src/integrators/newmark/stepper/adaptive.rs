@@ -11,7 +11,7 @@ use crate::integrators::second_order::{Counters, SecondOrderSystem, Status};
 
 impl<V: Numbers> Adaptive for StepperOf<V> {
     /// CVODE's choice.
-    const CUT: f64 = 0.25;
+    const FAILED_STEP_FACTOR: f64 = 0.25;
     const BENDS: bool = false;
 
     fn try_step<S: SecondOrderSystem + ?Sized>(

@@ -23,7 +23,7 @@ const SNAP_DISPLACEMENT: f64 = 1e-2;
 const SNAP_SPEED: f64 = 10.0;
 
 /// Stiffnesses below this part of those of single coordinates count as zero.
-const SOFT: f64 = 1e-8;
+const ZERO_STIFFNESS: f64 = 1e-8;
 
 impl<V: Numbers> StepperOf<V> {
     /// Solves the equations of motion at the end of a step of size `h`; the result is in `trial`.
@@ -254,14 +254,15 @@ impl<V: Numbers> StepperOf<V> {
         let scale: Vec<f64> =
             (0..n).map(|k| tangent[(k, k)].abs().max(f64::MIN_POSITIVE).sqrt().recip()).collect();
         let scaled = Matrix::from_fn(n, n, |i, j| {
-            0.5 * (tangent[(i, j)] + tangent[(j, i)]) * scale[i] * scale[j] + if i == j { SOFT } else { 0.0 }
+            0.5 * (tangent[(i, j)] + tangent[(j, i)]) * scale[i] * scale[j]
+                + if i == j { ZERO_STIFFNESS } else { 0.0 }
         });
         if scaled.clone().cholesky().is_some() {
             return Ok(true);
         }
         // Follower loads and friction are not symmetric: real eigenvalues decide.
         let own = Matrix::from_fn(n, n, |i, j| tangent[(i, j)] * scale[i] * scale[j]);
-        Ok(own.complex_eigenvalues().iter().all(|value| value.re > -SOFT))
+        Ok(own.complex_eigenvalues().iter().all(|value| value.re > -ZERO_STIFFNESS))
     }
 
     /// For quasi-static motion: records a step before the trial that was far faster than its neighbours.

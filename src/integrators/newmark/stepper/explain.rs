@@ -7,7 +7,7 @@ use crate::integrators::second_order::{Failure, Status};
 
 /// Below this relative tolerance rounding alone can keep Newton's method from converging: accelerations are differences of much
 /// larger forces, which cost some digits of sixteen.
-const TIGHT: f64 = 1e-10;
+const TIGHT_RTOL: f64 = 1e-10;
 
 impl<V: Numbers> StepperOf<V> {
     /// What the step that could not be solved contained, and a remedy.
@@ -38,7 +38,7 @@ impl<V: Numbers> StepperOf<V> {
                  whose loops may lock or conflict with each other.",
             );
         }
-        if self.rtol.iter().any(|&rtol| rtol < TIGHT) {
+        if self.rtol.iter().any(|&rtol| rtol < TIGHT_RTOL) {
             return ("", "Loosen `rtol`, which rounding may not let it reach, or reduce `dt`.");
         }
         ("", "Reduce `dt` or use adaptive steps.")

@@ -25,7 +25,7 @@ use crate::simulation::balance::{FlowMeter, State};
 
 /// Longest step of fixed size relative to the sticking time of static friction: a step from rest then gains at most about this part of the
 /// Stribeck velocity, at which friction has fallen by a percent of the difference between static and kinetic friction.
-const STICKING: f64 = 0.2;
+const STEP_OVER_STICKING_TIME: f64 = 0.2;
 
 /// A simulation advanced interval by interval, with inputs held constant in each: state in, inputs in, steps, state out. It owns its
 /// model, and allocates its memory before the end of [`Self::begin`].
@@ -566,7 +566,7 @@ impl<M: Model> Run<M> {
     fn static_friction_doubt(&mut self) -> Option<String> {
         self.integrator.fixed_scheme()?;
         let (dt, time) = (self.dt, self.integrator.model().facts().sticking_time);
-        let longest = STICKING * time;
+        let longest = STEP_OVER_STICKING_TIME * time;
         (dt > longest).then(|| {
             format!(
                 "Steps of {} s are long for static friction: in one step a body at rest gains a velocity at which friction has begun to fall, and \

@@ -14,7 +14,7 @@ use crate::model::constraint::one_sided::{self, ActiveSetFailure, TAUT};
 use crate::simulation::balance::State;
 
 /// If a taut tendon misses its length in a step of this part of the interval, the length jumps: the step is not shortened further.
-const SHORTEST: f64 = 1e-9;
+const SHORTEST_STEP: f64 = 1e-9;
 
 /// The change of a length over a step is a jump if it differs from that by the rates at both ends by more than this part; for resolved
 /// motions the difference is at most half of this.
@@ -81,7 +81,7 @@ impl<M: Model> Run<M> {
                 Verdict::LengthError(by) => {
                     integrator.undo_step();
                     let middle = 0.5 * (times[0] + times[1]);
-                    if times[1] - times[0] <= SHORTEST * (t_end - times[0]) {
+                    if times[1] - times[0] <= SHORTEST_STEP * (t_end - times[0]) {
                         return Ok(self.active_set_failure(ActiveSetFailure::Violated(by)));
                     }
                     integrator.end_at(middle);

@@ -7,10 +7,10 @@ use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::{Contact, Surface};
 
 /// Largest acceptable overlap over the thickness of the thinner surface: twice that for which the default stiffness is chosen.
-const DEEP: f64 = 0.35;
+const LARGE_OVERLAP: f64 = 0.35;
 
 /// Contacts stiffer than needed by this factor cost several times as many iterations.
-const STIFF: f64 = 10.0;
+const STIFF_FACTOR: f64 = 10.0;
 
 /// Sentences about the deepest overlap of a run, if it is too deep, and about the contact point with the deepest overlap where the run
 /// ended or after one more step.
@@ -27,7 +27,7 @@ pub(crate) fn advice(
     let seen: &[ReportedTouch] = if is_ahead { &[] } else { touches };
     let deepest =
         seen.iter().map(overlap).fold(deepest, |deepest, found| Overlap::deeper(deepest, Some(found)));
-    if let Some(overlap) = deepest.filter(|overlap| overlap.share > DEEP) {
+    if let Some(overlap) = deepest.filter(|overlap| overlap.share > LARGE_OVERLAP) {
         said += &soft(robot, overlap);
     }
     said
@@ -62,7 +62,7 @@ fn on_contact_point(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> Str
             thickness(contact),
         )
     };
-    if contact.is_spread() && stiffness > STIFF * needed {
+    if contact.is_spread() && stiffness > STIFF_FACTOR * needed {
         said += &format!(
             " It is stiff for its load: `stiffness={}` in place of {} N/m^2 gives overlaps of about 15 % of the radius at edges, and \
              moves shapes by less than a thousandth of their length.",

@@ -9,10 +9,10 @@ const MOST_STEPS: usize = 60;
 const BESIDE_ENDS: f64 = 0.02;
 
 /// If the gap is infinite at one end, intervals shorter than this fraction of the distance of two samples are not divided.
-const HIDDEN: f64 = 1e-3;
+const SHORTEST_HIDDEN_INTERVAL: f64 = 1e-3;
 
 /// Accuracy of a place at which another feature of a solid becomes the nearest one, as a fraction of the divided interval.
-const NARROW: f64 = 1e-10;
+const PLACE_TOLERANCE: f64 = 1e-10;
 
 /// Places closer than this fraction of the distance of two samples count as one.
 pub(super) const SAME_PLACE: f64 = 1e-13;
@@ -59,7 +59,7 @@ pub(super) fn changes(
         let at_end = feature(end);
         while at_begin != at_end && number < MOST_CHANGES {
             let (mut before, mut after, mut at_after) = (begin, end, at_end);
-            while after - before > NARROW * (to - from) {
+            while after - before > PLACE_TOLERANCE * (to - from) {
                 let middle = 0.5 * (before + after);
                 let at = feature(middle);
                 if at == at_begin {
@@ -181,7 +181,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
             // The gap is infinite at one end: the bound of the other one extends there.
             let towards = if a.value.is_finite() { a.slope } else { -b.slope };
             let lowest = a.value.min(b.value) + (towards - 0.5 * bend * h) * h;
-            return (lowest < -self.negligible && h > HIDDEN).then_some(a.x + 0.5 * h);
+            return (lowest < -self.negligible && h > SHORTEST_HIDDEN_INTERVAL).then_some(a.x + 0.5 * h);
         }
         let growth = b.slope - a.slope + bend * h;
         if growth <= 0.0 {

@@ -13,14 +13,14 @@ use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
 /// Largest `(omega h)^2` at which a step of size h resolves an impact: the impact takes at least three steps.
-const UNRESOLVED: f64 = 1.5;
+const RESOLVED_IMPACT: f64 = 1.5;
 const MOST_LOST: f64 = 0.7;
 
 /// Above this `(omega h)^2`, an impact takes fewer than ten steps, in which a ball loses at least two hundredths of its energy.
-const COARSE: f64 = (PI / 10.0) * (PI / 10.0);
+const COARSE_IMPACT: f64 = (PI / 10.0) * (PI / 10.0);
 
 /// Above this product of dissipation and speed, dissipation decides how long an impact takes: less than a tenth of the energy returns.
-const STRONG: f64 = 3.0;
+const STRONG_DISSIPATION: f64 = 3.0;
 
 /// Surfaces rest on each other if their distance changes in a step by less than this part of their overlap.
 const AT_REST: f64 = 1e-2;
@@ -90,7 +90,7 @@ pub(crate) fn has_unresolved_impact<G: Turning>(plan: &Plan<G>, work: &Workspace
         let is_dissipated = -touch.contact_point.law.dissipation * before > 1.0;
         (has_met || is_dissipated) && after - before > MOST_LOST * before.abs()
             || h * h * opening(plan, work, t)
-                > UNRESOLVED * overlap * touch.contact_force.stiffening().max(1.0)
+                > RESOLVED_IMPACT * overlap * touch.contact_force.stiffening().max(1.0)
     })
 }
 
@@ -135,7 +135,7 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
     if touches.iter().all(|touch| touch.pair == touches[0].pair) {
         return Vec::new();
     }
-    let fine = touches.iter().zip(stiffnesses).filter(|(_, stiffness)| h * h * stiffness.0 <= COARSE);
+    let fine = touches.iter().zip(stiffnesses).filter(|(_, stiffness)| h * h * stiffness.0 <= COARSE_IMPACT);
     let mut pairs: Vec<usize> = fine.map(|(touch, _)| touch.pair).collect();
     pairs.dedup();
     pairs
@@ -148,7 +148,7 @@ pub(crate) fn between_others<G: Turning>(work: &Workspace<G>, h: f64) -> Vec<usi
 /// The overlap d of a single pair that an acceleration a presses together obeys `d'' = a - omega^2 d`: the pair separates with the speed
 /// u, `u^2 = d'^2 + (omega^2 d - 2 a) d`, and meets again after `2 u / a`. All quantities are relative motions of the pair. For rods,
 /// `by_weight`, a is that of the weight alone: the forces of waves along a compressed rod last no longer than these. Dissipation
-/// c of more than `STRONG / u` takes the speed within `1 / (omega sqrt(c u))`, for which an impact counts as that much stiffer.
+/// c of more than `STRONG_DISSIPATION / u` takes the speed within `1 / (omega sqrt(c u))`, for which an impact counts as that much stiffer.
 pub(crate) fn separation<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
@@ -168,8 +168,8 @@ pub(crate) fn separation<G: Turning>(
         let square = before * before + stored;
         let speed = square.max(0.0).sqrt();
         let dissipated = touch.contact_point.law.dissipation * speed;
-        let stiffness = if dissipated > STRONG { stiffness * dissipated } else { stiffness };
-        let is_coarse = h * h * stiffness > COARSE;
+        let stiffness = if dissipated > STRONG_DISSIPATION { stiffness * dissipated } else { stiffness };
+        let is_coarse = h * h * stiffness > COARSE_IMPACT;
         if !is_coarse || speed == 0.0 || before > 0.0 && began == 0.0 {
             continue;
         }
@@ -213,7 +213,7 @@ pub(crate) struct FastestImpact {
 /// The impact with the highest speed of approach; motion and stored rates are as for [`has_unresolved_impact`].
 pub(crate) fn fastest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<FastestImpact> {
     /// Number of steps in an impact, which takes `pi / omega`, that return more than nine tenths of its energy.
-    const STEPS: f64 = 20.0;
+    const STEPS_OF_AN_IMPACT: f64 = 20.0;
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
     let (t, (touch, &before)) = touches.clone().min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
     if before >= 0.0 {
@@ -231,7 +231,7 @@ pub(crate) fn fastest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) ->
     Some(FastestImpact {
         contact: plan.effects.contacts.pairs[touch.pair].contact,
         rebound: rebound(-dissipation * before),
-        longest: PI / STEPS * square.sqrt(),
+        longest: PI / STEPS_OF_AN_IMPACT * square.sqrt(),
     })
 }
 

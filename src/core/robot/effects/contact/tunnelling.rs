@@ -26,16 +26,16 @@ use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
 /// Surfaces count as having passed through each other if they overlap on the path by more than this part of a radius.
-const DEEP: f64 = 0.5;
+const TUNNELLING_OVERLAP: f64 = 0.5;
 
-/// Surfaces count as having touched on the path if they overlap by more than [`DEEP`] of this part of a radius.
-const TOUCHED: f64 = 0.04;
+/// Surfaces count as having touched on the path if they overlap by more than [`TUNNELLING_OVERLAP`] of this part of a radius.
+const TOUCHING_FRACTION: f64 = 0.04;
 
 /// Paths and patches shorter than this part of the radius cannot contain such an overlap unseen.
-const SHALLOW: f64 = 0.2;
+const SHORT_PATH: f64 = 0.2;
 
 /// Largest deviation of a piece of a path from its chord, as a part of the radius, and the maximum number of pieces.
-const STRAIGHT: f64 = 0.05;
+const LARGEST_DEVIATION: f64 = 0.05;
 const MOST_PIECES: usize = 64;
 
 /// Two poses determine a rotation only below half a revolution: beyond this angle, in radians, a solid counts as having passed through
@@ -200,7 +200,7 @@ impl Radius {
 
     /// The part of a radius that counts.
     fn part(self) -> f64 {
-        if self == Self::Touching { TOUCHED } else { 1.0 }
+        if self == Self::Touching { TOUCHING_FRACTION } else { 1.0 }
     }
 }
 
@@ -379,11 +379,11 @@ impl<'a> Moving<'a> {
         if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
             return false;
         }
-        let pieces = ((bend / (STRAIGHT * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
+        let pieces = ((bend / (LARGEST_DEVIATION * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
         let left = bend / (pieces * pieces) as f64;
-        let deep = radius - DEEP * measure + left;
+        let deep = radius - TUNNELLING_OVERLAP * measure + left;
         let [path, _] = whole.extents();
-        if path + 2.0 * bend <= SHALLOW * measure {
+        if path + 2.0 * bend <= SHORT_PATH * measure {
             return false;
         }
         let Some(deep) = deeper(whole.begins(self.solid), deep) else { return false };
@@ -391,7 +391,7 @@ impl<'a> Moving<'a> {
             let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
             let piece =
                 Patch(paths.map(|path| [self.local_position(path, from), self.local_position(path, to)]));
-            piece.comes_nearer(self.solid, deep, SHALLOW * measure)
+            piece.comes_nearer(self.solid, deep, SHORT_PATH * measure)
         })
     }
 }
@@ -402,7 +402,7 @@ fn deeper(start: f64, deep: f64) -> Option<f64> {
     if start >= deep {
         Some(deep)
     } else if start > 0.0 {
-        Some(DEEP * start)
+        Some(TUNNELLING_OVERLAP * start)
     } else {
         None
     }
@@ -433,11 +433,11 @@ impl Patch {
     /// Whether a rod or a ball of this radius that moves along it comes deeper into a solid than half of `measure` and than at the start.
     fn is_deep_in(&self, solid: &Solid, radius: f64, measure: f64) -> bool {
         let [path, _] = self.extents();
-        if measure <= 0.0 || path <= SHALLOW * measure {
+        if measure <= 0.0 || path <= SHORT_PATH * measure {
             return false;
         }
-        deeper(self.begins(solid), radius - DEEP * measure)
-            .is_some_and(|deep| self.comes_nearer(solid, deep, SHALLOW * measure))
+        deeper(self.begins(solid), radius - TUNNELLING_OVERLAP * measure)
+            .is_some_and(|deep| self.comes_nearer(solid, deep, SHORT_PATH * measure))
     }
 
     /// Distance from a solid at the start.
@@ -483,14 +483,16 @@ fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
             fastest = fastest.max(distance(moved(path), moved(there)));
         }
     }
-    let shallow = SHALLOW * measure;
+    let shallow = SHORT_PATH * measure;
     if measure <= 0.0 || fastest <= shallow {
         return false;
     }
     let at = |paths: [Path; 2], x: f64| paths.map(|[from, to]| from + (to - from) * x);
     let between = |x: f64| distance_of_segments(at(part.paths, x), at(other.paths, x));
     let start = between(0.0);
-    let Some(deep) = deeper(start, part.thin + other.thin - DEEP * measure) else { return false };
+    let Some(deep) = deeper(start, part.thin + other.thin - TUNNELLING_OVERLAP * measure) else {
+        return false;
+    };
     let mut x = (start - deep + shallow) / fastest;
     while x < 1.0 {
         let left = between(x) - deep;
@@ -545,10 +547,10 @@ mod tests {
             let deepest = -least(200, |x| least(200, |s| -overlap(s, x)));
             let at_start = -least(200, |s| -overlap(s, 0.0));
             let found = Patch(paths).is_deep_in(&solid, thick, smallest);
-            if at_start < DEEP * smallest && deepest > (DEEP + 2.0 * SHALLOW) * smallest {
+            if at_start < TUNNELLING_OVERLAP * smallest && deepest > (TUNNELLING_OVERLAP + 2.0 * SHORT_PATH) * smallest {
                 prop_assert!(found);
             }
-            if deepest < (DEEP - 0.3) * smallest - 0.02 {
+            if deepest < (TUNNELLING_OVERLAP - 0.3) * smallest - 0.02 {
                 prop_assert!(!found);
             }
         }
@@ -561,9 +563,9 @@ mod tests {
                 let at = |part: &Part| part.paths.map(|[from, to]| from + (to - from) * x);
                 distance_of_segments(at(&a), at(&b))
             };
-            let deep = 2.0 * 0.05 - DEEP * 0.05;
+            let deep = 2.0 * 0.05 - TUNNELLING_OVERLAP * 0.05;
             let found = have_crossed(&a, &b, Radius::Smaller);
-            if nearest(0.0) > deep && least(2000, nearest) < deep - 2.0 * SHALLOW * 0.05 {
+            if nearest(0.0) > deep && least(2000, nearest) < deep - 2.0 * SHORT_PATH * 0.05 {
                 prop_assert!(found);
             }
             if least(2000, nearest) > deep + 0.01 {

@@ -26,7 +26,7 @@ pub(crate) struct Held {
 }
 
 /// A rotational spring counts as firm if its stiffness exceeds this fraction of its stiffness at rest.
-const FIRM: f64 = 0.1;
+const FIRM_STIFFNESS: f64 = 0.1;
 
 /// Stiffnesses below this fraction of the largest one are rounding errors.
 const ROUNDING: f64 = 1e-12;
@@ -89,7 +89,7 @@ impl Anchor {
             forces: self.elastic(&section),
             stiffness: [hessian, self.stiffness],
             energy: self.energy(frame, state),
-            firm: [firm([y + z, z + x, x + y], FIRM), firm(self.along_axes.stiffness, 0.0)],
+            firm: [firm([y + z, z + x, x + y], FIRM_STIFFNESS), firm(self.along_axes.stiffness, 0.0)],
         }
     }
 

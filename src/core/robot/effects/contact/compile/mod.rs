@@ -33,15 +33,15 @@ pub(crate) use stiffness::{OVERLAP, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
 /// largest radius: twice half the circumference of the tightest possible ring.
-const NEIGHBOURHOOD: f64 = 2.0 * PI;
+const NEIGHBOURHOOD_IN_RADII: f64 = 2.0 * PI;
 
 /// Sections whose half extents differ by less than this fraction are round.
-const ROUND: f64 = 1e-12;
+const ROUND_TOLERANCE: f64 = 1e-12;
 
 /// Rods of a smaller radius, relative to the length of the robot, have softest contacts of this part of the length: a wire with a radius of
 /// 1e-4 of its length is at rest over an edge after 160 tangents, after 2700 where its thickness is the measure
 /// (`benches/python/speed/contact_stiffness.py`).
-const THIN: f64 = 1e-2;
+const THIN_RADIUS: f64 = 1e-2;
 
 /// Rejects contacts without a stiffness, of sections without extent, and of rods that are thicker than their bores.
 pub(crate) fn check<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
@@ -174,7 +174,7 @@ fn pair<G: Turning>(
     length: f64,
 ) -> Pair {
     let neighbourhood = match &sides {
-        [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD * thickest(contacts, a),
+        [Side::Rod(a), Side::Rod(b)] if a == b => NEIGHBOURHOOD_IN_RADII * thickest(contacts, a),
         _ => 0.0,
     };
     let thickness = thickness(contacts, contact, &sides);
@@ -212,7 +212,7 @@ fn thickness<G: Turning>(contacts: &Contacts<G>, contact: &Contact, sides: &[Sid
 /// half-spaces, whose surface shows at any depth on which side they are, by a part of the length. Other obstacles are rounded by that part, so
 /// that distances from their edges stay smooth, and the force presses rods into an edge by a quarter of it: their middles stay outside.
 fn softest<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: f64, length: f64) -> [f64; 2] {
-    let part = THIN * length;
+    let part = THIN_RADIUS * length;
     let grown = [0.5 * part, part];
     match sides {
         [Side::Rod(_), Side::Ball(_)] if thickness < part => grown,
@@ -306,7 +306,7 @@ fn add_rod<G: Turning>(contacts: &mut Contacts<G>, plan: &Plan<G>, link: usize) 
             .collect();
         let is_round = samples.iter().all(|sample| {
             let [y, z] = sample.half_extents;
-            (y - z).abs() <= ROUND * sample.radius
+            (y - z).abs() <= ROUND_TOLERANCE * sample.radius
         });
         let whole = samples
             .windows(2)

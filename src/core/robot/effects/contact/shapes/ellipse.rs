@@ -7,11 +7,11 @@ use crate::numerics::lie::Vector;
 /// Maximum number of Newton steps, maximum length of a step in radians, and maximum number of halvings of a
 /// step.
 const MOST_STEPS: usize = 30;
-const LONGEST: f64 = 0.5;
+const LONGEST_STEP: f64 = 0.5;
 const MOST_HALVINGS: usize = 20;
 
 /// The iteration ends when the slope of the distance is below this fraction of the semi-axes per radian.
-const LEVEL: f64 = 1e-13;
+const SLOPE_TOLERANCE: f64 = 1e-13;
 
 /// Motion of the contact point along the edge of a section: `along (of_turn . turn + of_shift . shift)` for a
 /// rotation of the section and a displacement of the material at the contact point.
@@ -56,19 +56,19 @@ pub(crate) fn nearest_to(
     };
     for _ in 0..MOST_STEPS {
         let rise = distance.normal.dot(slope);
-        if rise.abs() <= LEVEL * size {
+        if rise.abs() <= SLOPE_TOLERANCE * size {
             break;
         }
         let bend = bend(own, slope, &distance);
-        let step = if bend > 0.0 { -rise / bend } else { -rise.signum() * LONGEST };
-        let mut step = step.clamp(-LONGEST, LONGEST);
+        let step = if bend > 0.0 { -rise / bend } else { -rise.signum() * LONGEST_STEP };
+        let mut step = step.clamp(-LONGEST_STEP, LONGEST_STEP);
         let mut is_nearer = false;
         for _ in 0..MOST_HALVINGS {
             let [next, next_slope] = beside(angle + step);
             let there = to_surface(centre + next);
             // Close to the minimum, values are equal to rounding: compare slopes.
             is_nearer = there.value < distance.value
-                || (there.value <= distance.value + LEVEL * size
+                || (there.value <= distance.value + SLOPE_TOLERANCE * size
                     && there.normal.dot(next_slope).abs() < rise.abs());
             if is_nearer {
                 angle += step;
@@ -82,7 +82,7 @@ pub(crate) fn nearest_to(
         }
     }
     let bend = bend(own, slope, &distance);
-    let over = if bend > LEVEL * size { -bend.recip() } else { 0.0 };
+    let over = if bend > SLOPE_TOLERANCE * size { -bend.recip() } else { 0.0 };
     let rolling = Rolling {
         along: slope,
         of_turn: slope.cross(distance.normal) * over,
