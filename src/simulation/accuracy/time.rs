@@ -44,7 +44,7 @@ const WORTH_MORE: usize = 4;
 const RETRY_TOLERANCE: f64 = 1.5;
 
 /// Maximum number of runs, for motions that multiply every error.
-const MAX_RUNS: usize = 6;
+const RUNS: usize = 6;
 
 /// Tightest tolerance of a run; below, rounding errors dominate.
 const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
@@ -84,9 +84,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
                 tolerance = FIRST_TOLERANCE * wanted;
                 continue;
             }
-            if tolerance > RETRY_TOLERANCE * wanted
-                && !run.simulation.status.is_interrupted()
-                && runs < MAX_RUNS
+            if tolerance > RETRY_TOLERANCE * wanted && !run.simulation.status.is_interrupted() && runs < RUNS
             {
                 // The failure may be due to the large errors of a loose tolerance.
                 tolerance = RETRY_TOLERANCE * wanted;
@@ -110,13 +108,13 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         };
         let integrator = plan.choice.integrator;
         let gain = integrator.gain([(looser.tolerance, looser.steps), (tolerance, run.steps())]);
-        if run.steps() < looser.steps && runs < MAX_RUNS {
+        if run.steps() < looser.steps && runs < RUNS {
             // The looser run had difficulties.
             previous = Some(run.into());
             tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             continue;
         }
-        if gain < LEAST_GAIN && runs < MAX_RUNS {
+        if gain < LEAST_GAIN && runs < RUNS {
             // Steps limited by something other than the tolerance have the same errors in both runs.
             longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
             previous = Some(looser);
@@ -124,7 +122,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         }
         let error = error(plan, &run, &looser, gain);
         let is_met = error <= wanted;
-        if is_met || runs >= MAX_RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
+        if is_met || runs >= RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
             run.simulation.statistics.time_error = Some(error);
             run.simulation.message = if is_met {
                 format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")
