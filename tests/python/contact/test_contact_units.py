@@ -1,4 +1,4 @@
-"""Scenes in contact in other units of length, mass and time: the numbers of a scene change, its motion does not.
+"""Scenes in contact in other units of length, mass and time: numbers change, shapes and motions do not.
 
 Units are powers of two, so that rounding is the same: shapes agree bit for bit.
 """
@@ -142,8 +142,8 @@ def test_motion(scene):
     for unit in UNITS:
         found = run(scene, *unit)
         assert found.success
-        # Coordinates are curvatures; of what is thrown also places and angles, and which of its equations is eliminated first depends on the
-        # unit of length.
+        # Coordinates are curvatures; of what is thrown also places and angles, and which of its equations is
+        # eliminated first depends on the unit of length.
         of = np.full(expected.q.shape[1], 1 / unit[0])
         if scene is thrown:
             of[:3], of[3:6] = unit[0], 1.0
