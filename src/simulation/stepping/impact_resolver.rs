@@ -37,8 +37,8 @@ const ROUNDING: f64 = 1e-12;
 /// Rounding of a coordinate relative to its value, and to its displacement in a step: two units in the last place.
 const TWO_ULPS: f64 = 2.0 * f64::EPSILON;
 
-/// Rounding of coordinates above this part of their displacement in an impact causes a warning: the relative error of the rebound is about
-/// as large.
+/// Rounding of coordinates causes a warning if it changes velocities in an impact by more than this part of the largest change of velocity in
+/// an impact so far: the relative error of that rebound is about as large, and impacts with far smaller changes do not matter.
 const LARGEST_ROUNDING: f64 = 1e-2;
 
 /// Work on impacts that is allowed whatever the rest of the run takes, in microseconds by [`work_of_evaluation`]: one or two tenths of a second.
@@ -65,8 +65,39 @@ pub(super) struct ImpactResolver {
     tolerances: Vec<f64>,
     /// The motion during the last step, if it was resolved.
     within: ResolvedMotion,
-    /// The largest rounding relative to the displacement in an impact, and its time.
-    rounding: (f64, f64),
+    rounding: Rounding,
+}
+
+/// Rounding of coordinates in impacts.
+#[derive(Clone, Copy, Debug, Default)]
+struct Rounding {
+    /// The largest change of a velocity in an impact, in typical sizes per second; zero if it is not known.
+    change: f64,
+    /// The largest change of a velocity by rounding, as a part of that, and its time.
+    part: f64,
+    t: f64,
+}
+
+impl Rounding {
+    /// Records the rounding of the coordinate whose velocity changes most in a resolved step to `t` with an impact of this duration. Given
+    /// are the places at its end, the velocities at both ends, and the typical sizes.
+    fn follow(&mut self, [q, before, after, sizes]: [&[f64]; 4], impact: f64, t: f64) {
+        let changes = before.iter().zip(after).zip(sizes).map(|((v, w), size)| (w - v).abs() / size);
+        let most = changes.zip(q.iter().zip(sizes)).max_by(|(one, _), (other, _)| one.total_cmp(other));
+        let Some((change, (q, size))) = most else { return };
+        if change > self.change {
+            // Memories of earlier versions do not know the change.
+            self.part *= if self.change > 0.0 { self.change / change } else { 1.0 };
+            self.change = change;
+        }
+        if self.change == 0.0 {
+            return;
+        }
+        let part = TWO_ULPS * q.abs() * PI / (impact * size * self.change);
+        if part > self.part {
+            (self.part, self.t) = (part, t);
+        }
+    }
 }
 
 /// A step to be repeated: its times, the displacements and velocities at its start, and the duration of the shortest impact in it.
@@ -115,7 +146,7 @@ impl ImpactResolver {
             unfinished_impact: 0.0,
             tolerances: vec![0.0; n],
             within: ResolvedMotion::new(n),
-            rounding: (0.0, 0.0),
+            rounding: Rounding::default(),
         }
     }
 
@@ -224,7 +255,8 @@ impl ImpactResolver {
             self.within.clear();
             return Ok((None, work));
         }
-        self.follow_rounding(stepper.q(), &model.facts().typical_coordinates, impact, t_span.1);
+        let sizes = &model.facts().typical_coordinates;
+        self.rounding.follow([stepper.q(), v, stepper.v(), sizes], impact, t_span.1);
         let touches = model.overlaps(stepper.q());
         let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);
         Ok((Some(Resolved { motion, touches }), work))
@@ -242,36 +274,27 @@ impl ImpactResolver {
         of_places.chain(of_rates).collect()
     }
 
-    /// Records the rounding relative to the displacement in an impact, for the coordinate whose velocity changes most in the step to `t`.
-    fn follow_rounding(&mut self, q: &[f64], sizes: &[f64], impact: f64, t: f64) {
-        let changes = self.tolerances.iter().map(|tolerance| tolerance / single_tolerance(q.len()));
-        let most = q.iter().zip(changes).zip(sizes).max_by(|((_, one), of_one), ((_, other), of_other)| {
-            (one / *of_one).total_cmp(&(other / *of_other))
-        });
-        let Some(((q, change), _)) = most else { return };
-        let part = TWO_ULPS * q.abs() * PI / (impact * change);
-        if part > self.rounding.0 {
-            self.rounding = (part, t);
-        }
-    }
-
     /// Why rebounds may be wrong although they were resolved.
     pub(super) fn doubt(&self) -> Option<String> {
-        let (part, t) = self.rounding;
+        let Rounding { part, t, .. } = self.rounding;
         (part > LARGEST_ROUNDING).then(|| {
             format!(
-                "At t = {t:.3} s the rounding of coordinates is {:.0e} of the displacement of surfaces in an impact, and the relative error of the rebound is as large. Start \
-                 closer to the origin, in a frame that moves along, or with a lower `stiffness`.",
-                part
+                "At t = {t:.3} s the rounding of coordinates changes a velocity in an impact by {part:.0e} of the largest change of velocity in impacts. Start \
+                 closer to the origin, in a frame that moves along, or with a lower `stiffness`."
             )
         })
     }
 
-    /// Serialises the largest rounding, which earlier memories lack.
+    /// Serialises the rounding, which earlier memories lack, or have without the largest change.
     pub(super) fn serialise_rounding(&mut self, tape: &mut Tape<'_>) {
-        let (part, t) = &mut self.rounding;
+        let Rounding { part, t, change } = &mut self.rounding;
         tape.number(part);
         tape.number(t);
+        if tape.is_over() {
+            *change = 0.0;
+        } else {
+            tape.number(change);
+        }
     }
 
     /// Serialises all data that persist from step to step, except for the rounding.

@@ -239,7 +239,7 @@ def test_cradles(number):
     assert 0.5 * balls.masses @ (found - expected) ** 2 < 1e-2 * scale
 
 
-@pytest.mark.parametrize("frame", [0.0, 1e4, 1e6])
+@pytest.mark.parametrize("frame", [0.0, 1e4, 1e6, 1e7])
 @pytest.mark.parametrize("stiffness", [1e5, 1e8, 1e11])
 def test_rebounds_in_frames_that_move_fast(stiffness, frame):
     """Tolerances go down to the last digits of coordinates, which are far larger than overlaps."""
@@ -250,11 +250,24 @@ def test_rebounds_in_frames_that_move_fast(stiffness, frame):
     assert result.doubt is None
 
 
-def test_rounding_of_coordinates_is_doubted():
+def rebound_far_away(stiffness):
+    """Two balls that meet 1e10 m from the origin; the errors of their velocities."""
     x, v = np.array([0.0, 2 * RADIUS + 51.5]), np.array([1.0, 0.0])
-    robot = row(BallRow([1.0, 2.0], RADIUS, 1e5))
+    robot = row(BallRow([1.0, 2.0], RADIUS, stiffness))
+    result = lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 2e8)
+    return result.v[-1] - 2e8 - [-1 / 3, 2 / 3]
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e6])
+def test_far_balls_rebound_where_overlaps_are_seen(stiffness):
+    """Coordinates are rounded to 2e-6 m, and overlaps are a millimetre and more."""
+    assert_allclose(rebound_far_away(stiffness), 0.0, atol=2e-3)
+
+
+def test_rounding_of_coordinates_is_doubted():
     with pytest.warns(lissom.AccuracyWarning, match="rounding of coordinates"):
-        lissom.simulate(robot, 54.5, dt=1e-1, q0=x, v0=v + 2e8)
+        errors = rebound_far_away(1e8)
+    assert np.abs(errors).max() > 2e-3
 
 
 def thrown_rod(number):

@@ -1,6 +1,7 @@
 """Steps of fixed size that resolve impacts: against exact rebounds, and against Radau's method by itself."""
 
 import copy
+import warnings
 
 import numpy as np
 import pytest
@@ -14,6 +15,10 @@ G = 9.81
 FLOOR = HalfSpace((0, 0, 0), (0, 0, 1))
 RESOLVED = lissom.methods.Newmark(impacts="resolved")
 STOPPED = lissom.methods.Newmark(impacts="stopped")
+
+
+def work(stats):
+    return stats.nfev + 5 * stats.njev
 
 
 def ball(stiffness, dissipation=0.0, mass=1.0, unit=1.0):
@@ -167,18 +172,26 @@ def test_steps_go_on_from_a_saved_state():
 
 
 def test_work_is_bounded_and_what_is_left_is_doubted():
-    """Twenty balls bounce a hundred times each, at different times."""
+    """Twenty balls bounce at different times: impacts may take a fixed work, and half of that of all else."""
     number = 20
     links = [Link(f"ball {i}", joint=Prismatic((0, 0, 1)), body=Body(1.0)) for i in range(number)]
     contacts = [Contact(Ball(link.name, 0.1), FLOOR, stiffness=1e8, dissipation=0.0) for link in links]
     robot = Robot(links, contacts=contacts)
     start = {"q0": 0.1 + np.linspace(0.02, 0.05, number)}
     with pytest.warns(lissom.AccuracyWarning, match="Other impacts were resolved"):
-        result = lissom.simulate(robot, 10.0, dt=1e-2, **start, method=RESOLVED)
+        result = lissom.simulate(robot, 0.5, dt=1e-2, **start, method=RESOLVED)
+    others = 0
+    for q, v in zip(result.q[:-1], result.v[:-1], strict=True):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", lissom.AccuracyWarning)
+            step = lissom.simulate(robot, 1e-2, dt=1e-2, q0=q, v0=v, method=STOPPED)
+        others += work(step.stats)
+    # `FREE_WORK` over `work_of_evaluation`, in microseconds (`impact_resolver.rs`). The impacts of each ball
+    # alone take 6600 evaluations together.
+    free = 150_000 / (1 + 3 * number + 0.3 * number + 0.007 * number**2)
+    assert work(result.stats) < 1.5 * others + free
     with pytest.warns(lissom.AccuracyWarning, match=r'impacts="resolved"'):
-        stopped = lissom.simulate(robot, 10.0, dt=1e-2, **start, method=STOPPED)
-    work, least = (run.stats.nfev + 5 * run.stats.njev for run in (result, stopped))
-    assert work < 1.5 * least + 120_000 / number**2 + 2000
+        lissom.simulate(robot, 0.5, dt=1e-2, **start, method=STOPPED)
     energy = np.array([robot.energy(q, v).total for q, v in zip(result.q, result.v, strict=True)])
     assert np.all(np.diff(energy) < 1e-3 * (energy[0] - number * G * 0.1))
 

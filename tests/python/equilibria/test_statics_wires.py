@@ -123,3 +123,54 @@ def test_wires_over_boxes_and_bars_keep_the_shape_of_stiff_ones(obstacles, span)
     again = lissom.statics(robot, found.q + 1e-9, method="newton")
     assert again.success
     np.testing.assert_allclose(again.q, found.q, atol=1e-8)
+
+
+def over_a_bar(unit, radius=7e-4, young=1.4e9, place=0.62, height=-0.1, bar=4e-4, **options):
+    """A clamped wire of one metre over a thin bar, with this many length units in a metre."""
+    segment = lissom.Segment(
+        unit,
+        radius * unit,
+        young / unit,
+        poisson_ratio=0.3,
+        density=1200 / unit**3,
+        modes={"bend_y": 4},
+    )
+    ends = [(place * unit, y * unit, height * unit) for y in (-0.3, 0.3)]
+    contact = lissom.Contact("rod", lissom.Capsule(*ends, bar * unit))
+    rod = lissom.Rod([segment], gravity=(0, 0, -9.81 * unit), contacts=[contact])
+    return rod, lissom.statics(rod, **options)
+
+
+@pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
+@pytest.mark.parametrize("unit", [2.0**-12, 2.0**-5, 2.0**5, 2.0**10, 2.0**20])
+def test_the_unit_of_length_does_not_matter(unit):
+    """Curvatures are small numbers in small units: wires fell through bars in millimetres, without a word.
+
+    Units are powers of two, so that numbers differ in nothing else.
+    """
+    (_, expected), (_, found) = over_a_bar(1.0), over_a_bar(unit)
+    assert (found.status, found.nit) == (expected.status, expected.nit)
+    np.testing.assert_array_equal(found.q * unit, expected.q)
+    assert found.deepest is not None
+
+
+@pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
+def test_wires_rest_in_millimetres_as_in_metres():
+    (_, expected), (_, found) = over_a_bar(1.0), over_a_bar(1e3)
+    assert found.success
+    np.testing.assert_allclose(found.q * 1e3, expected.q, rtol=1e-8)
+
+
+@pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
+@pytest.mark.parametrize("bar", [2e-3, 4e-4])
+@pytest.mark.parametrize("radius", [2e-3, 7e-4, 2e-4, 5e-5])
+def test_wires_of_the_same_shape_rest_on_a_bar(radius, bar):
+    """Their weights bend them alike, down to radii far smaller than the bows of parts between samples."""
+    young = 4 * 1200 * 9.81 / radius**2 / 30
+    place = {"radius": radius, "young": young, "place": 0.3, "height": -0.023, "bar": bar}
+    rod, found = over_a_bar(1.0, **place)
+    assert found.success
+    assert found.deepest is not None
+    assert found.njev <= 100
+    # The lower the top of both, the deeper hangs the tip.
+    assert rod.pose(found.q, 1.0)[2, 3] == pytest.approx(-0.5975 + 1.8 * (radius + bar), abs=1e-3)

@@ -13,16 +13,6 @@ use crate::robot::kernel::sizes::Motions;
 use crate::robot::kernel::{elasticity, lines, sizes};
 use crate::robot::turning::Turning;
 
-/// Largest difference of coordinates for which the set of touching surfaces is not recomputed.
-const SAME_SHAPE: f64 = 1e-4;
-
-/// Whether two shapes are close enough to share contact detection, which depends only on the shape.
-/// Differences within the tolerance of Newton's method do not matter.
-fn is_same_shape(known: &[f64], q: &[f64]) -> bool {
-    let is_near = |(known, q): (&f64, &f64)| (known - q).abs() <= SAME_SHAPE * (1.0 + q.abs());
-    known.len() == q.len() && known.iter().zip(q).all(is_near)
-}
-
 impl<G: Turning> Sweeps<G> {
     /// Stops, and pairs of surfaces without deeper contact, that only just touch. `length` is that of the robot. Allocates.
     pub(crate) fn reached(&mut self, q: &[f64], length: f64) -> Vec<Reached> {
@@ -119,11 +109,9 @@ impl<G: Turning> Sweeps<G> {
 
     /// The overlap with the largest share. Does not change [`Self::take_touched`].
     pub(crate) fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap> {
-        if !self.work.motion_is_known || self.work.kinematics_of != q {
-            let has_touched = self.work.effects.contact.has_touched;
-            self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
-            self.work.effects.contact.has_touched = has_touched;
-        }
+        let has_touched = self.work.effects.contact.has_touched;
+        self.find_touches(q);
+        self.work.effects.contact.has_touched = has_touched;
         let Self { plan, work, .. } = self;
         let overlaps = work.effects.contact.touches.iter().map(|touch| {
             let pair = &plan.effects.contacts.pairs[touch.pair];
@@ -257,8 +245,7 @@ impl<G: Turning> Sweeps<G> {
     /// Stores the positions of surfaces in a shape, from which [`Self::have_tunnelled`] continues.
     pub(crate) fn store_surfaces(&mut self, q: &[f64]) {
         // With a moving base the world moves even if the shape does not.
-        let is_stored =
-            self.plan.world.motion.is_none() && is_same_shape(&self.work.effects.contact.cached.of, q);
+        let is_stored = self.plan.world.motion.is_none() && self.work.effects.contact.cached.of == q;
         if tunnelling::is_possible(&self.plan) && !is_stored {
             self.update_surfaces(q);
             tunnelling::store_surfaces(&mut self.work);
@@ -277,9 +264,7 @@ impl<G: Turning> Sweeps<G> {
     }
 
     fn update_surfaces(&mut self, q: &[f64]) {
-        if !is_same_shape(&self.work.kinematics_of, q) {
-            self.update_kinematics(q);
-        }
+        self.update_kinematics(q);
         detection::update_positions(&self.plan, &mut self.work);
     }
 
@@ -300,11 +285,14 @@ impl<G: Turning> Sweeps<G> {
         self.is_touched()
     }
 
-    /// Finds what touches in a shape, at any velocities.
+    /// Finds what touches in exactly this shape, without its motion: curvatures of long rods, and of all rods in small units of length, are
+    /// small numbers, so that no difference of coordinates is negligible. Rates and forces at contact points are those of no motion.
     fn find_touches(&mut self, q: &[f64]) {
-        if !self.work.motion_is_known || !is_same_shape(&self.work.kinematics_of, q) {
-            self.with_zeros(|sweeps, zeros| sweeps.update_motion([q, zeros, zeros]));
+        if self.work.motion_is_known && self.work.kinematics_of == q {
+            return;
         }
+        self.update_kinematics(q);
+        contact::find(&self.plan, &mut self.work);
     }
 
     /// Contact points in a state.

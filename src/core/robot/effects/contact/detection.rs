@@ -30,10 +30,13 @@ pub(crate) fn is_known<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>
     plan.world.motion.is_none() && state.is_known_in(q)
 }
 
-/// Computes the positions of samples of curves, balls, bodies and solids in a shape, without contact points.
+/// Computes the positions of samples of curves, with their slopes, balls, bodies and solids in a shape, without contact points.
 pub(crate) fn update_positions<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
     compute_positions(plan, work, &mut state);
+    for curve in &plan.effects.contacts.curves {
+        compute_slopes(plan, curve, &work.slope, &mut state.samples);
+    }
     // Queries of bodies see their corners in the shape of the contact points.
     if !plan.effects.contacts.bodies.is_empty() && !state.is_known_in(&work.kinematics_of) {
         state.forget();
@@ -278,6 +281,25 @@ fn in_lane<G: Turning>(frame: G::Frame, vectors: &G::Vector<G::Pack>, lane: usiz
     G::in_space(frame, G::map_vector(vectors, |pack: &G::Pack| pack.lane(lane)))
 }
 
+/// Computes the slopes of a curve at its samples, at its ends those at the adjacent nodes.
+fn compute_slopes<G: Turning>(
+    plan: &Plan<G>,
+    curve: &Curve<G::Pack>,
+    slopes: &[G::Vector<G::Pack>],
+    samples: &mut [[Vector<f64>; 2]],
+) {
+    let piece = &plan.pieces[curve.piece];
+    let own = &mut samples[curve.first_sample..][..curve.samples.len()];
+    let last = own.len() - 1;
+    for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
+        for (lane, [_, slope]) in nodes.iter_mut().enumerate() {
+            *slope = in_lane::<G>(plan.frame, &slopes[node], lane) * curve.length;
+        }
+    }
+    own[0][1] = own[1][1];
+    own[last][1] = own[last - 1][1];
+}
+
 /// Computes the slopes of a curve at its samples, and the bounding volumes of its parts, once per state.
 pub(super) fn compute_slopes_and_bounds<G: Turning>(
     plan: &Plan<G>,
@@ -289,16 +311,9 @@ pub(super) fn compute_slopes_and_bounds<G: Turning>(
         return;
     }
     let curve = &plan.effects.contacts.curves[c];
-    let piece = &plan.pieces[curve.piece];
-    let own = &mut state.samples[curve.first_sample..][..curve.samples.len()];
+    compute_slopes(plan, curve, slopes, &mut state.samples);
+    let own = &state.samples[curve.first_sample..][..curve.samples.len()];
     let last = own.len() - 1;
-    for (nodes, node) in own[1..last].chunks_mut(LANES).zip(piece.node_packs()) {
-        for (lane, [_, slope]) in nodes.iter_mut().enumerate() {
-            *slope = in_lane::<G>(plan.frame, &slopes[node], lane) * curve.length;
-        }
-    }
-    own[0][1] = own[1][1];
-    own[last][1] = own[last - 1][1];
     let ends = [own[0][0], own[last][0]];
     let aside = own.iter().map(|[position, _]| distance::to_segment(*position, ends)).fold(0.0, f64::max);
     let spans = &mut state.spans[curve.first_sample..][..last];

@@ -29,6 +29,17 @@ use crate::robot::turning::{Turning, columns};
 /// The contacts of a plan.
 pub(crate) struct ContactForces;
 
+/// Finds the contact points in the shape whose kinematics are up to date; with disabled forces there are none. Their rates and forces
+/// hold if the motion is up to date, too.
+pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
+    if work.effects.contact.is_left {
+        work.effects.contact.lay_aside();
+        return;
+    }
+    work.effects.contact.undo_step();
+    super::detection::find(plan, work);
+}
+
 /// Links the contact points along each piece.
 fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     let ContactState { touches, first_along, next_along, .. } = contact;
@@ -135,12 +146,10 @@ impl<G: Turning> CoordinateForce<G> for ContactForces {
         if plan.effects.contacts.pairs.is_empty() {
             return;
         }
+        find(plan, work);
         if work.effects.contact.is_left {
-            work.effects.contact.lay_aside();
             return;
         }
-        work.effects.contact.undo_step();
-        super::detection::find(plan, work);
         link(plan, &mut work.effects.contact);
         for touch in &work.effects.contact.touches {
             for (side_place, need) in touch.sides.iter().zip(touch.needs::<G>(plan.frame)) {

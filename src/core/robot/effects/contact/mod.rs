@@ -21,6 +21,7 @@ pub(crate) mod force;
 pub(crate) mod intervals;
 mod narrow_phase;
 pub mod obstacles;
+mod patch;
 pub(crate) mod plan;
 pub(crate) mod products;
 pub(crate) mod query;

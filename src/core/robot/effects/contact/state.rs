@@ -85,7 +85,7 @@ pub(crate) struct Cached {
     pub(crate) of: Vec<f64>,
     /// Samples and bounds of all curves, centres of all balls, corners of all bodies, and axes of all solids,
     /// in this order.
-    pub(crate) places: Vec<Vector<f64>>,
+    pub(crate) samples: Vec<[Vector<f64>; 2]>,
     pub(crate) bounds: Vec<(Vector<f64>, f64)>,
     pub(crate) centres: Vec<Vector<f64>>,
     pub(crate) corners: Vec<Vector<f64>>,

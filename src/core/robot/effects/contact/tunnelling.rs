@@ -1,10 +1,9 @@
 //! Detection of surfaces that pass through each other between two shapes, although they are apart in both.
 //!
-//! Places move along straight lines between the shapes. The part of a rod between two samples sweeps a
-//! bilinear patch, which lies in the convex hull of its corners: if their bounding ball is clear of an
-//! obstacle, so is the patch; otherwise the patch is halved. Two moving parts are checked by conservative
-//! advancement (Mirtich 1996): within a time that follows from their distance and their speeds they cannot
-//! meet.
+//! Places move along straight lines between the shapes ([`patch`]). The part of a rod between two samples is the cubic through these and
+//! its slopes there: over an edge the chord lies inside the bend by many radii of a thin wire. Two moving parts are divided until they are
+//! almost straight, and checked by conservative advancement (Mirtich 1996): within a time that follows from their distance and their
+//! speeds they cannot meet.
 //!
 //! A moving solid is considered in its own axes. While these rotate by the rotation vector a and a place
 //! relative to their origin moves from d to d + e, the place follows a curve in these axes whose second
@@ -14,6 +13,9 @@
 
 use crate::model::Radius;
 use crate::numerics::lie::{Quaternion, Rotation, Vector};
+use crate::robot::effects::contact::patch::{
+    self, Line, Patch, SHORT_PATH, TUNNELLING_OVERLAP, deeper, goes_deeper,
+};
 use crate::robot::effects::contact::plan::{Body, Fixed, Pair, Side};
 use crate::robot::effects::contact::shapes::distance::{
     between as distance, of_segments as distance_of_segments,
@@ -25,16 +27,10 @@ use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
 
-/// Surfaces count as having passed through each other if they overlap on the path by more than this part of a radius.
-const TUNNELLING_OVERLAP: f64 = 0.5;
-
 /// Surfaces count as having touched on the path if they overlap by more than [`TUNNELLING_OVERLAP`] of this part of a radius.
 const TOUCHING_FRACTION: f64 = 0.04;
 
-/// Paths and patches shorter than this part of the radius cannot contain such an overlap unseen.
-const SHORT_PATH: f64 = 0.2;
-
-/// Largest deviation of a piece of a path from its chord, as a part of the radius, and the maximum number of pieces.
+/// Largest deviation of a piece of a path, or of a rod, from its chord, as a part of the radius, and the maximum number of pieces of a path.
 const LARGEST_DEVIATION: f64 = 0.05;
 const MOST_PIECES: usize = 64;
 
@@ -58,11 +54,10 @@ pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
 /// Stores the positions of surfaces in the shape evaluated last.
 pub(crate) fn store_surfaces<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.effects.contact;
-    let Cached { of, places, bounds, centres, corners, poses, .. } = &mut contact.cached;
+    let Cached { of, samples, bounds, centres, corners, poses, .. } = &mut contact.cached;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
-    places.clear();
-    places.extend(contact.samples.iter().map(|[place, _]| *place));
+    samples.clone_from(&contact.samples);
     bounds.clone_from(&contact.bounds);
     centres.clone_from(&contact.centres);
     corners.clone_from(&contact.corners);
@@ -71,12 +66,13 @@ pub(crate) fn store_surfaces<G: Turning>(work: &mut Workspace<G>) {
 
 /// Computes how far the curves have moved since the stored shape.
 fn measure_displacements<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
-    let ContactState { cached: Cached { places, moved, .. }, samples, .. } = &mut work.effects.contact;
+    let ContactState { cached: Cached { samples: before, moved, .. }, samples, .. } =
+        &mut work.effects.contact;
     moved.clear();
     moved.extend(plan.effects.contacts.curves.iter().map(|curve| {
         let own = curve.first_sample..curve.first_sample + curve.samples.len();
-        let paths = places[own.clone()].iter().zip(&samples[own]);
-        paths.map(|(before, [now, _])| distance(*before, *now)).fold(0.0, f64::max)
+        let paths = before[own.clone()].iter().zip(&samples[own]);
+        paths.map(|([before, _], [now, _])| distance(*before, *now)).fold(0.0, f64::max)
     }));
     let ContactState { cached, bounds: now, .. } = &mut work.effects.contact;
     let Cached { bounds, swept, branches, .. } = cached;
@@ -102,11 +98,7 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
             let solid = Solid::Ball { centre: Vector::zero(), radius: other };
             curves.clone().any(|c| {
                 paths.parts(c).any(|part| {
-                    Patch::beside(part.paths, there).is_deep_in(
-                        &solid,
-                        part.thin,
-                        measure.of(part.thin, other),
-                    )
+                    part.patch.beside(there).is_deep_in(&solid, part.thin, measure.of(part.thin, other))
                 })
             })
         }
@@ -114,7 +106,9 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
             if let Some(moving) = paths.moving(*solid) {
                 return moving.solid.can_be_passed()
                     && curves.clone().any(|c| {
-                        paths.parts(c).any(|part| moving.is_overlapped_deeply(part.paths, part.thin, measure))
+                        paths
+                            .parts(c)
+                            .any(|part| moving.is_overlapped_deeply(&part.patch, part.thin, measure))
                     });
             }
             let solid = &plan.effects.contacts.solids[*solid].solid;
@@ -122,27 +116,27 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
                 let (centre, radius) = paths.bound(c);
                 solid.can_be_passed()
                     && solid.distance(centre).value <= radius
-                    && paths.parts(c).any(|part| {
-                        Patch(part.paths).is_deep_in(solid, part.thin, measure.beside(part.thin, solid))
-                    })
+                    && paths
+                        .parts(c)
+                        .any(|part| part.patch.is_deep_in(solid, part.thin, measure.beside(part.thin, solid)))
             })
         }
         [Side::Ball(ball), second] => {
             let (path, radius) = (paths.of_ball(*ball), plan.effects.contacts.balls[*ball].radius);
+            let patch = Patch(path.map(|place| [place]));
             match second {
                 Side::Ball(other) => {
                     let (there, other) = (paths.of_ball(*other), plan.effects.contacts.balls[*other].radius);
                     let solid = Solid::Ball { centre: Vector::zero(), radius: other };
-                    Patch::beside([path; 2], there).is_deep_in(&solid, radius, measure.of(radius, other))
+                    patch.beside(there).is_deep_in(&solid, radius, measure.of(radius, other))
                 }
                 Side::Solid(solid) => {
                     if let Some(moving) = paths.moving(*solid) {
                         return moving.solid.can_be_passed()
-                            && moving.is_overlapped_deeply([path; 2], radius, measure);
+                            && moving.is_overlapped_deeply(&patch, radius, measure);
                     }
                     let solid = &plan.effects.contacts.solids[*solid].solid;
-                    solid.can_be_passed()
-                        && Patch([path; 2]).is_deep_in(solid, radius, measure.beside(radius, solid))
+                    solid.can_be_passed() && patch.is_deep_in(solid, radius, measure.beside(radius, solid))
                 }
                 Side::Rod(_) | Side::Body(_) => unreachable!("what meets solids is the first side"),
             }
@@ -207,9 +201,10 @@ impl Radius {
 /// Previous and present position of a place.
 type Path = [Vector<f64>; 2];
 
-/// A part of a curve between two samples, with the paths of its ends.
+/// A part of a curve between two samples.
 struct Part {
-    paths: [Path; 2],
+    /// What its centre line sweeps.
+    patch: Patch<4>,
     radius: f64,
     /// Its smallest half extent: a surface that passes through it comes closer than this.
     thin: f64,
@@ -220,7 +215,7 @@ struct Part {
 impl Part {
     /// A ball around the volume that it sweeps.
     fn bound(&self) -> (Vector<f64>, f64) {
-        let (centre, radius) = Patch(self.paths).bound();
+        let (centre, radius) = self.patch.bound();
         (centre, radius + self.radius)
     }
 }
@@ -273,10 +268,6 @@ impl<G: Turning> Paths<'_, G> {
         let fixed = &self.plan.effects.contacts.solids[solid].solid;
         let fastest = corners().map(|(before, now)| distance(*before, *now)).fold(0.0, f64::max);
         let moving = self.moving(solid);
-        let is_deep = |paths: [Path; 2]| match &moving {
-            Some(moving) => moving.goes_deep(paths, radius, measure),
-            None => Patch(paths).is_deep_in(fixed, radius, measure),
-        };
         if moving.is_none() {
             let [before, now] = path(0);
             let nearest = fixed.distance(now).value.min(fixed.distance(before).value);
@@ -284,17 +275,41 @@ impl<G: Turning> Paths<'_, G> {
                 return false;
             }
         }
-        body.edges.iter().any(|ends| is_deep(ends.map(path)))
-            || (body.edges.is_empty() && (0..body.corners.len()).any(|k| is_deep([path(k); 2])))
+        fn is_deep<const N: usize>(
+            patch: &Patch<N>,
+            solid: &Solid,
+            moving: Option<&Moving<'_>>,
+            [radius, measure]: [f64; 2],
+        ) -> bool {
+            match moving {
+                Some(moving) => moving.goes_deep(patch, radius, measure),
+                None => patch.is_deep_in(solid, radius, measure),
+            }
+        }
+        let sizes = [radius, measure];
+        let edge = |[a, b]: [Path; 2]| Patch([[a[0], b[0]], [a[1], b[1]]]);
+        let corner = |path: Path| Patch(path.map(|place| [place]));
+        body.edges.iter().any(|ends| is_deep(&edge(ends.map(path)), fixed, moving.as_ref(), sizes))
+            || body.edges.is_empty()
+                && (0..body.corners.len()).any(|k| is_deep(&corner(path(k)), fixed, moving.as_ref(), sizes))
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
         let curve = &self.plan.effects.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
-        let places = &self.contact.cached.places[seen.clone()];
-        let samples = &self.contact.samples[seen];
+        let shapes = [&self.contact.cached.samples[seen.clone()], &self.contact.samples[seen]];
+        let last = curve.samples.len() - 2;
         curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
-            paths: [i, i + 1].map(|i| [places[i], samples[i][0]]),
+            patch: Patch(shapes.map(|samples| {
+                let part = ends[1].x - ends[0].x;
+                let [[p, a], [q, b]] = [i, i + 1].map(|i| [samples[i][0], samples[i][1] * part]);
+                // Slopes are known at the nodes: at the ends of a rod those of the parabola through the next one.
+                let way = (q - p) * 2.0;
+                patch::cubic([
+                    [p, if i == 0 { way - b } else { a }],
+                    [q, if i == last { way - a } else { b }],
+                ])
+            })),
             radius: 0.5 * (ends[0].radius + ends[1].radius),
             thin: ends.iter().map(|end| 0.5 * end.half_extents[0].min(end.half_extents[1])).sum(),
             arc: curve.start + ends[0].x * curve.length,
@@ -313,7 +328,7 @@ impl<G: Turning> Paths<'_, G> {
                 let (there, of_other) = other.bound();
                 is_far
                     && distance(centre, there) <= radius + of_other
-                    && have_crossed(&part, &other, self.measure)
+                    && have_crossed(&part, &other, self.measure.of(part.thin, other.thin))
             })
         })
     }
@@ -351,148 +366,92 @@ impl<'a> Moving<'a> {
         Quaternion::exp(self.turn * x).rotation().apply_transposed(seen)
     }
 
-    /// Whether a rod or a ball of this radius on these paths comes deeper into it than at the start, by the depth of `measure`.
-    fn is_overlapped_deeply(&self, paths: [Path; 2], radius: f64, measure: Radius) -> bool {
-        self.goes_deep(paths, radius, measure.beside(radius, self.solid))
+    /// The line in the solid's axes at a fraction of its paths.
+    fn local_line<const N: usize>(&self, &Patch([before, now]): &Patch<N>, x: f64) -> Line<N> {
+        std::array::from_fn(|i| self.local_position([before[i], now[i]], x))
+    }
+
+    /// Whether a rod or a ball of this radius that moves along a patch comes deeper into it than at the start, by the depth of `measure`.
+    fn is_overlapped_deeply<const N: usize>(&self, patch: &Patch<N>, radius: f64, measure: Radius) -> bool {
+        self.goes_deep(patch, radius, measure.beside(radius, self.solid))
     }
 
     /// Whether it comes deeper than half of `measure` and deeper than at the start.
-    fn goes_deep(&self, paths: [Path; 2], radius: f64, measure: f64) -> bool {
+    fn goes_deep<const N: usize>(&self, patch: &Patch<N>, radius: f64, measure: f64) -> bool {
         let [before, now] = &self.poses;
         let mut bend: f64 = 0.0;
         let angle = self.turn.dot(self.turn).sqrt();
-        for [from, to] in paths {
-            let [from, to] = [from - before.position, to - now.position];
-            let away = from.dot(from).max(to.dot(to)).sqrt();
-            bend = bend.max(angle * (angle * away + 2.0 * distance(from, to)));
+        let beside = Patch([
+            patch.0[0].map(|place| place - before.position),
+            patch.0[1].map(|place| place - now.position),
+        ]);
+        for (from, to) in beside.0[0].iter().zip(&beside.0[1]) {
+            let away = from.dot(*from).max(to.dot(*to)).sqrt();
+            bend = bend.max(angle * (angle * away + 2.0 * distance(*from, *to)));
         }
         if self.most_turn > LARGEST_TURN {
             // It may have been in any orientation.
-            let beside = |[from, to]: Path| [from - before.position, to - now.position];
-            let (centre, around) = Patch(paths.map(beside)).bound();
+            let (centre, around) = beside.bound();
             return measure > 0.0 && centre.dot(centre).sqrt() < self.solid.reach() + radius + around;
         }
         // A curve deviates from its chord by at most an eighth of its second derivative.
         bend /= 8.0;
-        let whole = Patch(paths.map(|path| [self.local_position(path, 0.0), self.local_position(path, 1.0)]));
+        let whole = Patch([0.0, 1.0].map(|x| self.local_line(patch, x)));
         let (centre, around) = whole.bound();
         if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
             return false;
         }
         let pieces = ((bend / (LARGEST_DEVIATION * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);
         let left = bend / (pieces * pieces) as f64;
-        let deep = radius - TUNNELLING_OVERLAP * measure + left;
+        let (deep, size) = (radius - TUNNELLING_OVERLAP * measure + left, SHORT_PATH * measure);
         let [path, _] = whole.extents();
-        if path + 2.0 * bend <= SHORT_PATH * measure {
-            return false;
-        }
-        let Some(deep) = deeper(whole.begins(self.solid), deep) else { return false };
-        (0..pieces).any(|i| {
-            let [from, to] = [i, i + 1].map(|i| i as f64 / pieces as f64);
-            let piece =
-                Patch(paths.map(|path| [self.local_position(path, from), self.local_position(path, to)]));
-            piece.comes_nearer(self.solid, deep, SHORT_PATH * measure)
-        })
-    }
-}
-
-/// Smallest allowed distance along a path that starts at this distance. A path that starts deeper already may cover half of the distance
-/// to the middle; `None` if it starts beyond the middle.
-fn deeper(start: f64, deep: f64) -> Option<f64> {
-    if start >= deep {
-        Some(deep)
-    } else if start > 0.0 {
-        Some(TUNNELLING_OVERLAP * start)
-    } else {
-        None
-    }
-}
-
-/// The bilinear patch between two paths, in space or relative to a moving surface.
-struct Patch([Path; 2]);
-
-impl Patch {
-    /// Two paths relative to a third one.
-    fn beside(paths: [Path; 2], there: Path) -> Self {
-        Self(paths.map(|path| [path[0] - there[0], path[1] - there[1]]))
-    }
-
-    /// A bounding ball.
-    fn bound(&self) -> (Vector<f64>, f64) {
-        let [[a, b], [c, d]] = self.0;
-        let centre = (a + b + c + d) * 0.25;
-        (centre, [a, b, c, d].into_iter().map(|corner| distance(centre, corner)).fold(0.0, f64::max))
-    }
-
-    /// Its extents along the paths, and across.
-    fn extents(&self) -> [f64; 2] {
-        let [[a, b], [c, d]] = self.0;
-        [distance(a, b).max(distance(c, d)), distance(a, c).max(distance(b, d))]
-    }
-
-    /// Whether a rod or a ball of this radius that moves along it comes deeper into a solid than half of `measure` and than at the start.
-    fn is_deep_in(&self, solid: &Solid, radius: f64, measure: f64) -> bool {
-        let [path, _] = self.extents();
-        if measure <= 0.0 || path <= SHORT_PATH * measure {
-            return false;
-        }
-        deeper(self.begins(solid), radius - TUNNELLING_OVERLAP * measure)
-            .is_some_and(|deep| self.comes_nearer(solid, deep, SHORT_PATH * measure))
-    }
-
-    /// Distance from a solid at the start.
-    fn begins(&self, solid: &Solid) -> f64 {
-        let [[a, _], [c, _]] = self.0;
-        let places = [a, (a + c) * 0.5, c].into_iter();
-        places.map(|place| solid.distance(place).value).fold(f64::INFINITY, f64::min)
-    }
-
-    /// Whether it comes closer to a solid than `deep`, divided into patches of this size.
-    fn comes_nearer(&self, solid: &Solid, deep: f64, size: f64) -> bool {
-        let (centre, radius) = self.bound();
-        let value = solid.distance(centre).value;
-        if value >= deep + radius {
-            return false;
-        }
-        if value < deep {
-            return true;
-        }
-        radius > size && self.halves().iter().any(|half| half.comes_nearer(solid, deep, size))
-    }
-
-    fn halves(&self) -> [Self; 2] {
-        let [[a, b], [c, d]] = self.0;
-        let [along, across] = self.extents();
-        if along > across {
-            let [ab, cd] = [(a + b) * 0.5, (c + d) * 0.5];
-            [Self([[a, ab], [c, cd]]), Self([[ab, b], [cd, d]])]
-        } else {
-            let [ac, bd] = [(a + c) * 0.5, (b + d) * 0.5];
-            [Self([[a, b], [ac, bd]]), Self([[ac, bd], [c, d]])]
-        }
+        let comes_nearer = |deep: f64| {
+            (0..pieces).any(|i| {
+                let piece = [i, i + 1].map(|i| self.local_line(patch, i as f64 / pieces as f64));
+                Patch(piece).comes_nearer(self.solid, deep, size)
+            })
+        };
+        path + 2.0 * bend > size && goes_deeper(self.solid, whole.0[0], deep, size, comes_nearer)
     }
 }
 
 /// Whether two parts of rods come closer to each other on their paths than allowed ([`deeper`]).
-fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
-    let measure = measure.of(part.thin, other.thin);
-    let moved = |path: Path| path[1] - path[0];
+fn have_crossed(part: &Part, other: &Part, measure: f64) -> bool {
+    measure > 0.0 && have_lines_crossed(&part.patch, &other.patch, part.thin + other.thin, measure)
+}
+
+/// The same of lines with these radii together.
+fn have_lines_crossed(line: &Patch<4>, other: &Patch<4>, radii: f64, measure: f64) -> bool {
+    let ((centre, around), (there, around_other)) = (line.bound(), other.bound());
+    if distance(centre, there) > around + around_other + radii {
+        return false;
+    }
+    let [bow, of_other] = [line.bow(), other.bow()];
+    if bow.max(of_other) <= LARGEST_DEVIATION * measure {
+        return have_chords_crossed(line.chords(), other.chords(), radii, measure);
+    }
+    if bow > of_other {
+        line.parts().iter().any(|half| have_lines_crossed(half, other, radii, measure))
+    } else {
+        other.parts().iter().any(|half| have_lines_crossed(line, half, radii, measure))
+    }
+}
+
+/// The same of straight lines, given at both ends of their paths.
+fn have_chords_crossed(line: [Line<2>; 2], other: [Line<2>; 2], radii: f64, measure: f64) -> bool {
+    let moved = |[before, now]: [Line<2>; 2], i: usize| now[i] - before[i];
     let mut fastest: f64 = 0.0;
-    for path in part.paths {
-        for there in other.paths {
-            fastest = fastest.max(distance(moved(path), moved(there)));
-        }
+    for (i, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        fastest = fastest.max(distance(moved(line, i), moved(other, k)));
     }
     let shallow = SHORT_PATH * measure;
-    if measure <= 0.0 || fastest <= shallow {
+    if fastest <= shallow {
         return false;
     }
-    let at = |paths: [Path; 2], x: f64| paths.map(|[from, to]| from + (to - from) * x);
-    let between = |x: f64| distance_of_segments(at(part.paths, x), at(other.paths, x));
+    let at = |[before, now]: [Line<2>; 2], x: f64| [0, 1].map(|i| before[i] + (now[i] - before[i]) * x);
+    let between = |x: f64| distance_of_segments(at(line, x), at(other, x));
     let start = between(0.0);
-    let Some(deep) = deeper(start, part.thin + other.thin - TUNNELLING_OVERLAP * measure) else {
-        return false;
-    };
+    let Some(deep) = deeper(start, radii - TUNNELLING_OVERLAP * measure) else { return false };
     let mut x = (start - deep + shallow) / fastest;
     while x < 1.0 {
         let left = between(x) - deep;
@@ -507,29 +466,17 @@ fn have_crossed(part: &Part, other: &Part, measure: Radius) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::robot::effects::contact::patch::tests::{least, patch, place};
     use proptest::prelude::*;
 
     fn vector() -> impl Strategy<Value = Vector<f64>> {
         (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(|(x, y, z)| Vector::new(x, y, z))
     }
 
-    fn path() -> impl Strategy<Value = Path> {
-        (vector(), vector()).prop_map(|(a, b)| [a, b])
-    }
-
-    fn on(paths: [Path; 2], s: f64, x: f64) -> Vector<f64> {
-        let [a, b] = paths.map(|[from, to]| from + (to - from) * x);
-        a + (b - a) * s
-    }
-
-    /// The smallest of a function at places between 0 and 1.
-    fn least(number: usize, f: impl Fn(f64) -> f64) -> f64 {
-        (0..=number).map(|i| f(i as f64 / number as f64)).fold(f64::INFINITY, f64::min)
-    }
-
     proptest! {
         #[test]
-        fn segments_are_as_near_as_their_nearest_places(a in path(), b in path()) {
+        fn segments_are_as_near_as_their_nearest_places(a in (vector(), vector()), b in (vector(), vector())) {
+            let (a, b) = ([a.0, a.1], [b.0, b.1]);
             let found = distance_of_segments(a, b);
             let tried = least(60, |x| {
                 let place = a[0] + (a[1] - a[0]) * x;
@@ -539,36 +486,18 @@ mod tests {
         }
 
         #[test]
-        fn patches_that_go_through_a_ball_are_seen(paths in (path(), path()), centre in vector(), radius in 0.01..0.2) {
-            let (paths, solid) = ([paths.0, paths.1], Solid::Ball { centre, radius });
-            let thick = 0.05;
-            let smallest = Radius::Smaller.of(thick, radius);
-            let overlap = |s: f64, x: f64| thick - solid.distance(on(paths, s, x)).value;
-            let deepest = -least(200, |x| least(200, |s| -overlap(s, x)));
-            let at_start = -least(200, |s| -overlap(s, 0.0));
-            let found = Patch(paths).is_deep_in(&solid, thick, smallest);
-            if at_start < TUNNELLING_OVERLAP * smallest && deepest > (TUNNELLING_OVERLAP + 2.0 * SHORT_PATH) * smallest {
-                prop_assert!(found);
-            }
-            if deepest < (TUNNELLING_OVERLAP - 0.3) * smallest - 0.02 {
-                prop_assert!(!found);
-            }
-        }
-
-        #[test]
-        fn rods_that_cross_are_seen(a in (path(), path()), b in (path(), path())) {
-            let part = |paths: (Path, Path)| Part { paths: [paths.0, paths.1], radius: 0.05, thin: 0.05, arc: 0.0, length: 1.0 };
+        fn rods_that_cross_are_seen(a in patch(), b in patch()) {
+            let part = |patch: Patch<4>| Part { patch, radius: 0.05, thin: 0.05, arc: 0.0, length: 1.0 };
             let (a, b) = (part(a), part(b));
-            let nearest = |x: f64| {
-                let at = |part: &Part| part.paths.map(|[from, to]| from + (to - from) * x);
-                distance_of_segments(at(&a), at(&b))
-            };
+            let nearest = |x: f64| least(40, |s| least(40, |r| distance(place(&a.patch, s, x), place(&b.patch, r, x))));
             let deep = 2.0 * 0.05 - TUNNELLING_OVERLAP * 0.05;
-            let found = have_crossed(&a, &b, Radius::Smaller);
-            if nearest(0.0) > deep && least(2000, nearest) < deep - 2.0 * SHORT_PATH * 0.05 {
+            let found = have_crossed(&a, &b, 0.05);
+            // Parts of rods that start deep may go deeper by half: they are no example.
+            if nearest(0.0) > deep + LARGEST_DEVIATION * 0.05 && least(100, nearest) < deep - 2.0 * (SHORT_PATH + LARGEST_DEVIATION) * 0.05 {
                 prop_assert!(found);
             }
-            if least(2000, nearest) > deep + 0.01 {
+            // Places that are tried are a tenth from each other at most.
+            if least(100, nearest) > deep + 0.12 {
                 prop_assert!(!found);
             }
         }
