@@ -9,6 +9,7 @@ use super::arguments;
 use super::callback::{Raised, call, or_raised, requests_stop, with_result};
 use super::convert;
 use super::errors::{LissomError, OrRaise as _};
+use super::inputs::{mapping_of, set_named};
 use super::model::{Native, PyModel};
 use super::motion::{PyMotionResult, Ticker, finish, signals, times};
 use super::ode::options::tolerance;
@@ -67,7 +68,7 @@ const EVERY_STEP: &str = "steps";
 ///     or every `dt`.
 /// control : callable, optional
 ///     Controller, called as ``control(t, q, v)`` at `t0` and after every `control_step`. It returns the model's inputs, shape
-///     (inputs,), which are held until the next call. Steps end at these times; steps of fixed size are equal in between and
+///     (inputs,), or some of them as a dict; they are held until the next call. Steps end at these times; steps of fixed size are equal in between and
 ///     at most `dt`. Its exceptions are raised with the partial result as their attribute `result`. By default inputs keep
 ///     their defaults.
 /// control_step : float, optional
@@ -211,6 +212,8 @@ fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
 struct Controller {
     function: Py<PyAny>,
     step: f64,
+    /// Names of the inputs.
+    names: Vec<String>,
 }
 
 impl Controller {
@@ -245,13 +248,17 @@ impl Controller {
                 "control: the method \"auto\" computes motions several times: choose another method",
             ));
         }
-        Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt) }))
+        let names = model.get().input_names();
+        Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt), names }))
     }
 
-    /// The inputs that the controller returns for a state.
+    /// Sets the inputs that the controller returns for a state: all, or some by name.
     fn inputs(&self, py: Python<'_>, t: f64, [q, v]: [&[f64]; 2], inputs: &mut [f64]) -> PyResult<()> {
         let returned = call(self.function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
-        let read = convert::finite_vector_into(&returned, inputs, "control");
+        let read = match mapping_of(&returned) {
+            Some(mapping) => set_named(mapping, &self.names, inputs, "control"),
+            None => convert::finite_vector_into(&returned, inputs, "control"),
+        };
         read.map_err(|error| at_time(py, error, t))
     }
 }

@@ -54,9 +54,10 @@ pub(super) use self::result::PyEnsembleResult;
 /// q0, v0 : array_like, shape (n,) or (count, n), optional
 ///     Initial coordinates and velocities for all rows or one row each; by default zero. The models, `q0`, `v0` and `u` must
 ///     agree in their number of rows.
-/// u : array_like, shape (inputs,), (count, inputs) or (count, steps, inputs), optional
+/// u : array_like, shape (inputs,), (count, inputs) or (count, steps, inputs), or dict, optional
 ///     Inputs of the models: constant during the run, for all rows or one row each; or for each row one set per control step,
-///     starting at `t0`. By default the defaults of the inputs.
+///     starting at `t0`. By default the defaults of the inputs. Some of them by name: a dict for each row, or one dict whose values
+///     have rows, such as ``{"pull": [1, 2, 3]}``.
 /// control_step : float, optional
 ///     Duration of a control step, seconds; by default `dt`. Not accepted for constant inputs.
 /// workers : int, optional
@@ -175,7 +176,7 @@ pub(crate) fn simulate_many<'py>(
     .configuration(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));
     let (q0, v0) = (count.vectors(q0, n, "q0")?, count.vectors(v0, n, "v0")?);
-    let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &configuration, &mut count)?;
+    let inputs_of_rows = Inputs::of(u, &models, control_step, (t_span, dt), &configuration, &mut count)?;
     let count = count.0.map_or(1, |(rows, _)| rows);
     let mut rows = Rows {
         models,

@@ -15,7 +15,7 @@ use super::arguments;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, OrRaise as _, check_finite};
-use super::inputs::{mapping_of, named};
+use super::inputs::{mapping_of, set_named};
 use crate::analysis::weakly_active;
 use crate::description::signal::covers;
 use crate::model::ForwardScratch;
@@ -124,7 +124,8 @@ impl PyModel {
     /// Values for all inputs, from an array or from a mapping of names; the default of an input that the mapping leaves out.
     pub(super) fn inputs_of(&self, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
         if let Some(mapping) = mapping_of(u) {
-            return named(mapping, &self.input_names(), self.default_inputs());
+            let mut inputs = self.default_inputs();
+            return set_named(mapping, &self.input_names(), &mut inputs, "u").map(|()| inputs);
         }
         convert::finite_vector_of(u, self.memory().model.facts().inputs(), "u")
     }

@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyString};
 use super::super::arguments;
 use super::super::callback::or_raised;
 use super::super::convert;
-use super::super::inputs::{mapping_of, named};
+use super::super::inputs::{mapping_of, set_named};
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
 use super::super::simulate::{MethodOf, OptionArguments, method as method_of, needs_damping};
@@ -246,7 +246,9 @@ impl PySimulation {
             match mapping_of(u) {
                 Some(mapping) => {
                     let names = self.model.get().input_names();
-                    memory.inputs = named(mapping, &names, memory.inputs.clone())?;
+                    let mut inputs = memory.inputs.clone();
+                    set_named(mapping, &names, &mut inputs, "u")?;
+                    memory.inputs = inputs;
                 }
                 None => convert::finite_vector_into(u, &mut memory.inputs, "u")?,
             }

@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::super::arguments;
 use super::super::callback::{Raised, raised_by_function};
 use super::super::convert;
+use super::super::inputs::{has_names, numbered};
 use super::super::model::PyModel;
 use super::super::motion::signals;
 use super::super::record::{self, Reduced};
@@ -335,7 +336,7 @@ impl PySimulations {
     ///
     /// Parameters
     /// ----------
-    /// u : array_like, shape (inputs,) or (count, inputs), optional
+    /// u : array_like, shape (inputs,) or (count, inputs), or dicts, optional
     ///     Inputs from now on, for all rows or one row each; by default those of the last step.
     /// duration : float, optional
     ///     Duration, seconds, as for `Simulation.step`; by default `dt`.
@@ -365,7 +366,14 @@ impl PySimulations {
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         no_others("Simulations.step", others)?;
         let rows = &mut **self.rows()?;
-        let u = Vectors::read_optional(u, rows.len(), self.inputs, "u")?;
+        let u = match u {
+            Some(u) if has_names(u) => {
+                let held: Vec<_> = rows.iter().map(|row| row.run.inputs().to_vec()).collect();
+                Some(numbered(u, &self.models[0].get().input_names(), &held, "u")?)
+            }
+            _ => u.cloned(),
+        };
+        let u = Vectors::read_optional(u.as_ref(), rows.len(), self.inputs, "u")?;
         let ends: Vec<f64> =
             rows.iter().map(|row| row.run.end_of(duration)).collect::<Result<_, _>>().or_raise()?;
         for (i, (row, &end)) in rows.iter_mut().zip(&ends).enumerate() {
