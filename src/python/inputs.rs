@@ -102,10 +102,14 @@ pub(super) fn has_names(u: &Bound<'_, PyAny>) -> bool {
 
 fn has_names_within(u: &Bound<'_, PyAny>, depth: usize) -> bool {
     let of_entry = |entry: Bound<'_, PyAny>| has_names_within(&entry, depth - 1);
-    if depth > 0 && let Ok(list) = u.cast::<PyList>() {
+    if depth > 0
+        && let Ok(list) = u.cast::<PyList>()
+    {
         return list.iter().any(of_entry);
     }
-    if depth > 0 && let Ok(tuple) = u.cast::<PyTuple>() {
+    if depth > 0
+        && let Ok(tuple) = u.cast::<PyTuple>()
+    {
         return tuple.iter().any(of_entry);
     }
     u.is_instance_of::<PyDict>()

@@ -19,7 +19,7 @@ use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
-use crate::python::words::{no_others, required};
+use crate::python::words::required;
 use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{
@@ -124,7 +124,7 @@ const EVERY_STEP: &str = "steps";
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
+        model=None, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
         control_step=None, max_seconds=None, **others
@@ -136,7 +136,7 @@ const EVERY_STEP: &str = "steps";
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
-    model: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
@@ -163,8 +163,7 @@ pub(crate) fn simulate<'py>(
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
-    no_others("simulate", others)?;
-    let t_end = required(t_end, "simulate", "positional", "t_end")?;
+    let (model, t_end) = required!("simulate", others, model, t_end);
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
             "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \
@@ -569,17 +568,19 @@ const COMPARED_EVERY: f64 = 1e-2;
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (rod, t_end=None, *, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0),
+    signature = (rod=None, t_end=None, *, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0, **others),
     text_signature = "(rod, t_end=None, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
 pub(crate) fn choose_modes<'py>(
-    #[pyo3(from_py_with = rod_of)] rod: &Bound<'py, PyRobot>,
+    #[pyo3(from_py_with = rod_of)] rod: Option<&Bound<'py, PyRobot>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
     #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let rod = required!("choose_modes", others, rod);
     let description = rod.get().description();
     let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
     let purpose = match t_end {
@@ -647,6 +648,6 @@ pub(super) fn with_python_names(mut error: InvalidInput) -> InvalidInput {
 }
 
 /// The argument `rod`.
-fn rod_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyRobot>> {
-    convert::instance(value, "rod", "lissom.Rod")
+fn rod_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyRobot>>> {
+    convert::instance(value, "rod", "lissom.Rod").map(Some)
 }

@@ -29,11 +29,24 @@ pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyRes
     )))
 }
 
-/// An argument that is required, where another name that may stand for it is to be refused first.
-pub(super) fn required<T>(value: Option<T>, function: &str, kind: &str, name: &str) -> PyResult<T> {
-    value.ok_or_else(|| {
-        PyTypeError::new_err(format!("{function}() missing 1 required {kind} argument: '{name}'"))
-    })
+/// The arguments that a function requires, once other names, which may stand for them, have been refused.
+macro_rules! required {
+    ($function:literal, $others:expr, $($name:ident),+) => {{
+        $crate::python::words::no_others($function, $others)?;
+        $crate::python::words::no_missing($function, &[$((stringify!($name), $name.is_none())),+])?;
+        ($($name.expect("nothing is missing")),+)
+    }};
+}
+pub(super) use required;
+
+/// Refuses a call without all required arguments: their names, and whether each is missing.
+pub(super) fn no_missing(function: &str, arguments: &[(&str, bool)]) -> PyResult<()> {
+    let missing = arguments.iter().filter(|(_, is_missing)| *is_missing);
+    let missing: Vec<_> = missing.map(|(name, _)| format!("'{name}'")).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(PyTypeError::new_err(format!("{function}() missing required arguments: {}", missing.join(", "))))
 }
 
 /// Names of the parameters in a text such as `(model, t_end, *, t0=0.0)`.
