@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,9 @@ from ..common.arguments import flag, sequence, suggesting
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
 from .measured import readings, sensors_of
+
+if TYPE_CHECKING:
+    from ..common.arguments import Inputs
 
 Array = NDArray[np.float64]
 
@@ -75,6 +79,7 @@ class LinearModel:
             f"{_few(self.outputs)}{when}>"
         )
 
+    @suggesting
     def discrete(self, dt: float, *, delay: float = 0.0) -> LinearModel:
         """The model in discrete time: inputs are held between samples, and act after a delay.
 
@@ -135,7 +140,7 @@ def linearise(
     outputs: str | Sensor | Sequence[str | Sensor] = "coordinates",
     *,
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     held: bool = False,
 ) -> LinearModel:
     """Linearise the equations of motion about an equilibrium, with exact tangents.
@@ -162,7 +167,7 @@ def linearise(
         prescribed motions, which move links at velocities that depend on q.
     t : float
         Time at which time-dependent loads and motions are evaluated, seconds.
-    u : array_like, shape (m,), optional
+    u : array_like, shape (m,), or dict, optional
         Inputs at the equilibrium; by default `u0` of the model.
     held : bool
         Whether constant generalised forces hold the shape if it is no equilibrium, such as those of motors
@@ -270,7 +275,7 @@ def _moves_off(
     seen: View,
     q: Array,
     t: float,
-    u: ArrayLike | None,
+    u: Inputs | None,
     tangents: tuple[Array, Array, Array],
 ) -> str | None:
     """What is wrong with a shape that is no equilibrium: the model at rest there would move off.
@@ -318,7 +323,7 @@ DEPENDENT = 1e-8
 
 
 def _within_loops(
-    robot: Robot, q: Array, mass: Array, t: float, u: ArrayLike | None
+    robot: Robot, q: Array, mass: Array, t: float, u: Inputs | None
 ) -> tuple[list[int], Array, Array]:
     """Independent coordinates, the map from them to all coordinates, and the stiffness of loops.
 
@@ -366,7 +371,7 @@ def _names(seen: View, n: int) -> tuple[list[str], list[str], list[str]]:
 Group = tuple[list[str], Callable[[], Array]]
 
 
-def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+def _forces(model: Model, seen: View, q: Array, t: float, u: Inputs | None) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
     groups: dict[str, Group] = {"forces": (_names(seen, n)[2], lambda: np.eye(n))}
@@ -379,7 +384,7 @@ def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -
     return groups | _inputs(model, q, t, u)
 
 
-def _inputs(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+def _inputs(model: Model, q: Array, t: float, u: Inputs | None) -> dict[str, Group]:
     """Generalised forces per unit of each input: all inputs, and the vector inputs among them."""
     names = list(model.inputs)
     if not names:

@@ -168,6 +168,7 @@ def _check_stiffness(limit_stiffness: float | None) -> None:
         Revolute((1.0, 0.0, 0.0), limits=(-1.0, 1.0), limit_stiffness=limit_stiffness)
 
 
+@suggesting
 def robot_from_urdf(
     path: str | os.PathLike[str],
     *,

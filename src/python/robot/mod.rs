@@ -85,13 +85,12 @@ impl PyRobot {
     /// UrdfWarning
     ///     If the file has content that the robot does not include.
     #[staticmethod]
-    #[pyo3(signature = (path, **options))]
+    #[pyo3(signature = (*args, **options), text_signature = "(path, **options)")]
     fn from_urdf<'py>(
-        path: &Bound<'py, PyAny>,
+        args: &Bound<'py, PyTuple>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let module = path.py().import("lissom.urdf")?;
-        module.getattr("robot_from_urdf")?.call((path,), options)
+        args.py().import("lissom.urdf")?.getattr("robot_from_urdf")?.call(args, options)
     }
 
     /// Names of the coordinates: the name of the link, a dot, and the name of the coordinate within the link.
