@@ -182,7 +182,10 @@ fn rows_of_value(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyRes
         let expected = format!("{entries} numbers, or rows of them: the input is a vector");
         check.require(false, place, convert::describe(value), &expected);
     }
-    check.finite(&values, place);
+    match shape.is_empty() && entries == 1 {
+        true => check.require(values[0].is_finite(), place, Number(values[0]), "a finite number"),
+        false => check.finite(&values, place),
+    };
     check.finish().or_raise()?;
     Ok((values, shape))
 }

@@ -16,12 +16,14 @@ pub(super) fn meant_in_python(word: &str, known: Vec<String>) -> Option<String> 
 /// Refuses keyword arguments that a function, class or method of this module, such as `Robot.pose`, does not have, with those that it has
 /// and the one that may be meant.
 pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-    let Some((key, _)) = others.into_iter().flatten().next() else { return Ok(()) };
-    let module = key.py().import("lissom._lissom")?.into_any();
-    let key: String = key.extract()?;
+    let Some(others) = others.filter(|others| !others.is_empty()) else { return Ok(()) };
+    let module = others.py().import("lissom._lissom")?.into_any();
     let called = name.split('.').try_fold(module, |owner, name| owner.getattr(name))?;
     let signature: String = called.getattr("__text_signature__")?.extract()?;
     let known: Vec<_> = names_of(&signature).collect();
+    let others: Vec<String> = others.keys().extract()?;
+    // Some functions pass arguments of these names on.
+    let Some(key) = others.into_iter().find(|other| !known.contains(&other.as_str())) else { return Ok(()) };
     let meant = keyword(&key, known.iter().copied()).map_or_else(String::new, |meant| format!("; {meant}"));
     Err(PyTypeError::new_err(format!(
         "{name}() got an unexpected keyword argument '{key}', expected {}{meant}",

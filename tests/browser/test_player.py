@@ -149,25 +149,29 @@ def test_scrubbing_while_it_plays(opened):
 def test_it_plays_in_real_time_however_slowly_it_draws(opened):
     shown = opened("motion")
     # Each picture takes an eighth of a second.
-    advanced, elapsed, drawn = shown.run(
+    pictures = shown.run(
         """
-        let drawn = 0;
-        player.stage.draw = () => {
-          drawn++;
-          const end = performance.now() + 125;
-          while (performance.now() < end);
-        };
+        const pictures = [];
         clock.seek(0);
         clock.play();
-        const first = performance.now();
-        await new Promise((resolve) => setTimeout(resolve, 1500));
-        const found = [clock.time, (performance.now() - first) / 1000, drawn];
+        // A browser on a busy machine may take long to ask for the first picture.
+        await new Promise((resolve) => {
+          player.stage.draw = () => {
+            pictures.push([clock.time, performance.now() / 1000]);
+            const end = performance.now() + 125;
+            while (performance.now() < end);
+            if (pictures.length > 2 && pictures.at(-1)[1] - pictures[0][1] > 1.2) resolve();
+          };
+        });
         clock.pause();
-        return found;
+        return pictures;
         """
     )
-    assert drawn < 16
-    assert abs(advanced - elapsed) < 0.5
+    assert 2 < len(pictures) < 16
+    times, seen = np.transpose(pictures)
+    # The clock waits where no picture was asked for in a second, and begins again after 3 s.
+    elapsed = np.minimum(np.diff(seen), 1.0).sum()
+    assert abs((times[-1] - times[0] - elapsed + 1.5) % 3.0 - 1.5) < 0.3
 
 
 def test_one_cursor_through_all(opened):
@@ -216,9 +220,8 @@ def test_keys_pointer_and_wheel_move_the_camera(opened):
     # Every preset shows the complete box.
     for view, axis in (("front", 1), ("side", 0), ("top", 2)):
         shown.page.get_by_role("button", name=f"view: {view}").click()
-        shown.page.wait_for_timeout(600)
-        back = shown.run("return player.camera.frame().back")
-        assert abs(back[axis]) > 0.999, view
+        along = f"player.camera.frame().back[{axis}]"
+        shown.page.wait_for_function(f"() => Math.abs(document.querySelector('.player').{along}) > 0.999")
 
 
 def test_views_along_an_axis_are_to_scale(opened):

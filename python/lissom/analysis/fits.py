@@ -143,7 +143,7 @@ def fit(
     search = Search(make, measured, names, confidence, bounds, max_runs, starts)
     found = search.best_fit()
     for each in dict.fromkeys(search.unresolved):
-        warnings.warn(each, AccuracyWarning, stacklevel=2)
+        warnings.warn(each, AccuracyWarning, stacklevel=3)
     return found
 
 

@@ -252,7 +252,7 @@ def linearise(
         coordinates, velocities = [coordinates[k] for k in free], [velocities[k] for k in free]
         n, free_motions = len(free), within
     if not held and (found := _moves_off(model, seen, q, t, u, (stiffness, mass, free_motions))):
-        warnings.warn(found, AccuracyWarning, stacklevel=2)
+        warnings.warn(found, AccuracyWarning, stacklevel=3)
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])

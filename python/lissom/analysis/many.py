@@ -210,7 +210,7 @@ def _warn(doubts: list[str], result: EquilibriaResult) -> None:
     worst = max(lacking, key=lambda row: row.space_error.relative if row.space_error else 0.0, default=None)
     largest = next((doubt for doubt in doubts if worst is not None and doubt in worst.message), doubts[0])
     try:
-        warnings.warn(f"{len(doubts)} of {len(result)} rows: {largest}", AccuracyWarning, stacklevel=3)
+        warnings.warn(f"{len(doubts)} of {len(result)} rows: {largest}", AccuracyWarning, stacklevel=4)
     except AccuracyWarning as raised:  # where warnings are errors
         raised.result = result  # type: ignore[attr-defined]
         raise

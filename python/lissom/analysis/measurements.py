@@ -83,7 +83,7 @@ class RecordedMotion:
         _set(self, t=times, positions=positions)
         for name in ("u", "q0", "v0"):
             given = getattr(self, name)
-            if given is not None and not is_by_name(given):
+            if given is not None and not (name == "u" and is_by_name(given)):
                 _set(self, **{name: finite_array(given, name)})
         if self.control_step is not None and not 0.0 < number("control_step", self.control_step) < np.inf:
             raise ValueError(f"control_step: got {self.control_step!r}, expected a number of seconds > 0")

@@ -99,7 +99,7 @@ def suggesting(called: F) -> F:
     """Let a function, or a class where it is called, refuse keyword arguments by `keywords`.
 
     A function that passes further arguments on checks these itself; of it, those are refused that stand for
-    arguments it requires.
+    arguments it requires. Warnings of the function have one more frame to their caller.
     """
     import functools
     import inspect

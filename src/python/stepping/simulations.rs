@@ -23,7 +23,7 @@ use super::simulation::PySimulation;
 use crate::error::Interrupted;
 use crate::numerics::parallel;
 use crate::python::errors::OrRaise as _;
-use crate::python::words::no_others;
+use crate::python::words::{no_others, required};
 use crate::simulation::simulate::Method;
 use crate::simulation::stepping::Status;
 use crate::simulation::time_limit::TimeLimit;
@@ -289,7 +289,7 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
 impl PySimulations {
     #[new]
     #[pyo3(
-        signature = (model, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
+        signature = (model=None, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
         text_signature = "(model, count=None, *, dt, method='newmark', q0=None, v0=None, t0=0.0, workers=None, rtol=1e-06, \
                           atol=1e-09, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
                           min_step=0.0, max_seconds=None)"
@@ -297,7 +297,7 @@ impl PySimulations {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         py: Python<'_>,
-        model: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_whole::count)] count: Option<i64>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
@@ -305,6 +305,7 @@ impl PySimulations {
         #[pyo3(from_py_with = arguments::optional_whole::workers)] workers: Option<i64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let model = required!("Simulations", options, model);
         check_start_time(t0).or_raise()?;
         let workers = threads(workers)?;
         let models = models_of(model, count)?;

@@ -39,7 +39,7 @@ KINDS = {
     r"int( \| None)?": [*NO_NUMBERS, *TOO_LONG, "1.5"],
     r"str( \| None)?": NO_TEXT,
     r"bool( \| None)?": NO_FLAGS,
-    r"(ArrayLike|_Inputs)( \| None)?": [
+    r"(ArrayLike|_Inputs|_InputRows|Inputs|InputRows)( \| None)?": [
         "'text'",
         "object()",
         "{'a': 1}",

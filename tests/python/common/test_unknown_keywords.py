@@ -140,9 +140,9 @@ def test_required_arguments_are_asked_for_after_wrong_words():
             call()
     with pytest.raises(TypeError, match=r"; did you mean 'dt'\?$"):
         lissom.Simulation(rod(), step=0.1)
-    with pytest.raises(TypeError, match="missing 1 required positional argument: 't_end'"):
+    with pytest.raises(TypeError, match=r"simulate\(\) missing required arguments: 't_end'"):
         lissom.simulate(rod())
-    with pytest.raises(TypeError, match="missing 1 required keyword argument: 'dt'"):
+    with pytest.raises(TypeError, match=r"Simulation\(\) missing required arguments: 'dt'"):
         lissom.Simulation(rod())
 
 

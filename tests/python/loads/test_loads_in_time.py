@@ -303,7 +303,7 @@ def test_a_force_that_is_not_finite_ends_the_run_with_a_reason(method):
     assert motion.t[-1] <= 0.05 + 1e-9
     assert np.isfinite(motion.q).all()
     if method != "auto":
-        assert re.search(r"The cause: loads\[0\]\.force is NaN at t = 0\.0[5-9]", motion.message)
+        assert re.match(r"loads\[0\]\.force is NaN at t = 0\.0[5-9]", motion.message)
 
 
 def test_a_load_that_is_not_finite_is_named_wherever_it_is_asked_for():
