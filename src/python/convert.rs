@@ -309,7 +309,7 @@ pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyRes
     {
         return Ok(array.to_vec()?);
     }
-    let expected = format!("a one-dimensional array of {n} real numbers");
+    let expected = format!("a one-dimensional array of {n} real number{}", if n == 1 { "" } else { "s" });
     let Numbers { values, shape } = numbers(value, name, &expected)?;
     match shape.len() {
         1 => of_length(values, n, name),

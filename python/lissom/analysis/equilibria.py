@@ -229,7 +229,7 @@ def differentiated(
     objective: Objective | None = None,
     frequencies: int = 0,
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     **options: Any,
 ) -> EquilibriumSensitivityResult:
     """An equilibrium and its derivatives; the parameter data are shared by all equilibria of a model."""

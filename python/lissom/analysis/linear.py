@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, jacobian
+from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, inputs_by_name, jacobian
 from ..common.arguments import flag, sequence, suggesting
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
@@ -212,13 +212,9 @@ def linearise(
     n = model.n
     model.check_shape(q)
     q = np.asarray(q, float)
+    if u is not None:
+        u = inputs_by_name(u, [model])
     stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=u)
-    if isinstance(u, dict):
-        # Sensors take arrays. The tangent has refused wrong names.
-        values = np.array(model.u0)
-        for name, value in u.items():
-            values[[name in (each, each.rpartition(".")[0]) for each in model.inputs]] = value
-        u = values
     seen = view(model)
     force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u), n)
     _check_inputs(model, force_names)

@@ -293,7 +293,7 @@ class Sensor(ABC):
     def _new_random(self) -> np.random.Generator:
         return np.random.default_rng([self.seed, crc32(self.name.encode(errors="surrogatepass"))])
 
-    def _states(self, **given: ArrayLike | None) -> tuple[States, bool]:
+    def _states(self, **given: Any) -> tuple[States, bool]:
         if given.get("u") is not None:
             given["u"] = inputs_by_name(given["u"], [self.robot])
         return states.of(self.robot.n, self.NEEDS, self.name, **given)
