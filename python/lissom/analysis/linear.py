@@ -212,9 +212,8 @@ def linearise(
     n = model.n
     model.check_shape(q)
     q = np.asarray(q, float)
-    if u is not None:
-        u = inputs_by_name(u, [model])
-    stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=u)
+    values = None if u is None else inputs_by_name(u, [model])
+    stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=values)
     seen = view(model)
     force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u), n)
     _check_inputs(model, force_names)
@@ -223,7 +222,7 @@ def linearise(
     )
     groups = _measurements(model, seen, q, t)
     for sensor in sensors_of(model, wanted, force_names):
-        groups[sensor.name] = readings(sensor, force_names, q, t, u)
+        groups[sensor.name] = readings(sensor, force_names, q, t, values)
     output_names, rows = _signals("outputs", wanted, groups, 3 * n + len(force_names))
     try:
         np.linalg.cholesky(mass)

@@ -174,9 +174,8 @@ def _pose(self: MotionResult, X: ArrayLike | None = None, *, link: str | None = 
     """
     if not isinstance(self.model, Robot):
         has = "no model" if self.model is None else f"a {type(self.model).__name__}"
-        raise ValueError(
-            f"result: has {has}, which has no links, expected the result of a Robot or Rod; coordinates are `q`"
-        )
+        expected = "the result of a Robot or Rod; coordinates are `q`"
+        raise ValueError(f"result: has {has}, which has no links, expected {expected}")
     return self.model.pose(self.q, X, link=link, t=self.t)
 
 
