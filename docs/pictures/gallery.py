@@ -153,7 +153,7 @@ def page(entries: dict) -> str:
             f"{INSTANTS} instants (the last one in full), their text and their run time in Python: "
             f"the fastest of {REPETITIONS} runs on one core. Click on the picture of an entry: its report "
             "opens in its place: it plays the motion, and you turn it. Cards play a small film under the "
-            "pointer, on phones while they are in sight. `make pictures` makes this page.\n",
+            "pointer, on phones while they are in sight.\n",
             "::::{grid} 2 3 4 4\n:gutter: 2\n",
             *(card(name, facts) for name, facts in entries.items()),
             "::::\n",

@@ -999,7 +999,7 @@ class Model:
         u: _Inputs | None = None,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def _tangent_at_rest(
-        self, q: ArrayLike, *, t: float | None = None, u: ArrayLike | None = None
+        self, q: ArrayLike, *, t: float | None = None, u: _Inputs | None = None
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
     def energy(
         self, q: ArrayLike, qd: ArrayLike, *, t: float | None = None, u: _Inputs | None = None
@@ -1354,6 +1354,7 @@ def meant(word: str, known: Sequence[str], /) -> str | None: ...
 def centre_line(points: ArrayLike) -> NDArray[np.float64]: ...
 def machine() -> tuple[str, int]: ...
 def finite_array(value: Any, name: str) -> NDArray[np.float64]: ...
+def inputs_by_name(u: Any, models: Sequence[Model]) -> Any: ...
 def as_number(value: Any, name: str) -> float: ...
 def as_whole(value: Any, name: str) -> int: ...
 def as_flag(value: Any, name: str) -> bool: ...
@@ -1392,6 +1393,9 @@ class Profile:
 
 # A number, a pair (base, tip), or a function of the arc length: a table, a callable or a profile.
 _Inputs: TypeAlias = ArrayLike | Mapping[str, ArrayLike]
+_InputRows: TypeAlias = (
+    _Inputs | Sequence[Mapping[str, ArrayLike]] | Sequence[Sequence[Mapping[str, ArrayLike]]]
+)
 _Size: TypeAlias = (
     float | tuple[float, float] | tuple[ArrayLike, ArrayLike] | Callable[[float], float] | Profile
 )
@@ -1503,7 +1507,7 @@ class Robot(Model):
     def redundant_constraints(self, q: ArrayLike) -> dict[str, int]: ...
     def _contact_stiffness(self) -> list[float]: ...
     def _loops_at_rest(
-        self, q: ArrayLike, *, t: ArrayLike | None = None, u: ArrayLike | None = None
+        self, q: ArrayLike, *, t: ArrayLike | None = None, u: _Inputs | None = None
     ) -> NDArray[np.float64]: ...
     def loop_gaps(self, q: ArrayLike, *, t: ArrayLike | None = None) -> NDArray[np.float64]: ...
     def loop_forces(
@@ -1950,7 +1954,7 @@ def simulate(
     max_steps: int | None = None,
     predictor: Literal["best", "last", "zero"] = "best",
     reuse_jacobian: bool = True,
-    control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], ArrayLike] | None = None,
+    control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], _Inputs] | None = None,
     control_step: float | None = None,
     max_seconds: float | None = None,
 ) -> MotionResult: ...
@@ -1988,7 +1992,7 @@ def simulate_many(
     t0: float = 0.0,
     q0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
-    u: ArrayLike | None = None,
+    u: _InputRows | None = None,
     control_step: float | None = None,
     workers: int | None = None,
     progress: bool | Callable[[int], object] = False,
@@ -2153,7 +2157,7 @@ class Simulations:
         min_step: float = 0.0,
         max_seconds: float | None = None,
     ) -> Self: ...
-    def step(self, u: ArrayLike | None = None, duration: float | None = None) -> NDArray[np.bool_]: ...
+    def step(self, u: _InputRows | None = None, duration: float | None = None) -> NDArray[np.bool_]: ...
     def reset(
         self,
         which: ArrayLike | None = None,
@@ -2312,7 +2316,7 @@ class StaticsResult:
         view: str | ArrayLike | None = None,
         width: float = 0.085,
         t: float = 0.0,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
     def report(
@@ -2322,10 +2326,10 @@ class StaticsResult:
         *,
         title: str = "Equilibrium",
         t: float = 0.0,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
-    def peaks(self, model: Model, *, t: float = 0.0, u: ArrayLike | None = None) -> list[Peak]: ...
+    def peaks(self, model: Model, *, t: float = 0.0, u: _Inputs | None = None) -> list[Peak]: ...
     def save(
         self,
         path: str | PathLike[str],
@@ -2508,7 +2512,7 @@ class ContinuationResult:
         *,
         title: str = "Path of equilibria",
         t: float = 0.0,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...
@@ -2596,7 +2600,7 @@ class ModesResult:
         *,
         title: str = "Natural modes",
         t: float = 0.0,
-        u: ArrayLike | None = None,
+        u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
     def save(self, path: str | PathLike[str], model: Model | None = None) -> None: ...

@@ -36,6 +36,8 @@ fn drift(frequency: f64, dt: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(crate) struct UnresolvedVibrations {
     dt: f64,
+    /// The step as given, which may be longer than the run.
+    given: f64,
     t_span: (f64, f64),
     vibrations: Vec<Vibration>,
 }
@@ -83,6 +85,8 @@ impl UnresolvedVibrations {
         dt: f64,
     ) -> Option<Self> {
         let n = model.facts().n;
+        // A run that is shorter than a step is a step.
+        let (given, dt) = (dt, dt.min(t_span.1 - t_span.0));
         // The spectrum describes a model with open loops and does not apply to closed ones.
         if n > MOST_COORDINATES || model.facts().constraints() > 0 {
             return None;
@@ -106,7 +110,7 @@ impl UnresolvedVibrations {
                 distance: 0.0,
             }
         });
-        let mut unresolved = Self { dt, t_span, vibrations: vibrations.collect() };
+        let mut unresolved = Self { dt, given, t_span, vibrations: vibrations.collect() };
         unresolved.step(t_span.0, start[2]);
         Some(unresolved)
     }
@@ -156,8 +160,12 @@ impl UnresolvedVibrations {
         } else {
             format!("at {per_period:.0} steps per period the phase error adds up to")
         };
+        let longer = match self.given > self.dt {
+            true => format!(" (the whole run, shorter than `dt` of {} s)", Number(self.given)),
+            false => String::new(),
+        };
         Some(format!(
-            "The step of {} s {finds} a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: {meaning} \
+            "The step of {} s{longer} {finds} a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: {meaning} \
              about {:.1} % of the length. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
              method \"auto\".",
             Number(self.dt),

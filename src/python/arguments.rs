@@ -32,15 +32,16 @@ macro_rules! extractors {
 
 extractors!(number: convert::number => f64 {
     X dt frequency gravity length load_factor mass memory_limit
-    min_step phase poisson_ratio rtol stiffness t t0 t_bound tol x xtol
+    min_step phase rtol stiffness t t0 tol x xtol
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
     X alpha beta control_step dt duration first_step gamma max_seconds max_step rho_inf t t0
     tol
 });
-// Of arguments that must be given: functions say what is missing beside keywords that they do not have.
-extractors!(given_number: given_numbers => Option<f64> { dt t_end });
+// Of arguments that must be given: functions first refuse keywords that they do not have.
+extractors!(given_number: given_numbers => Option<f64> { dt length poisson_ratio t0 t_bound t_end });
+extractors!(given_text: given_texts => Option<&'a str> { name text });
 extractors!(whole: convert::whole => i64 { max_iter row });
 extractors!(optional_whole: optional_wholes => Option<i64> {
     count event_samples max_iter max_steps restarts workers
@@ -49,7 +50,7 @@ extractors!(flag: convert::flag => bool {
     accelerate adaptive anywhere dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized
 });
 extractors!(optional_flag: optional_flags => Option<bool> { adaptive reuse_jacobian space_error });
-extractors!(text: convert::text => &'a str { by controller keep link method name predictor text });
+extractors!(text: convert::text => &'a str { by controller keep link method name predictor });
 extractors!(optional_text: optional_texts => Option<&'a str> { jac link name predictor });
 
 /// The value, unless it is None.
@@ -67,6 +68,16 @@ fn optional_numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64
 
 fn given_numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<f64>> {
     convert::number(value, name).map(Some)
+}
+
+fn given_texts<'a>(value: &'a Bound<'_, PyAny>, name: &str) -> PyResult<Option<&'a str>> {
+    convert::text(value, name).map(Some)
+}
+
+/// An argument that must be given; None is a value.
+#[allow(clippy::unnecessary_wraps, reason = "extractors can fail")]
+pub(super) fn given<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyAny>>> {
+    Ok(Some(value))
 }
 
 fn optional_wholes(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<i64>> {
@@ -114,9 +125,9 @@ pub(super) fn segments(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<usize>>>
     })
 }
 
-/// The path of a file.
-pub(super) fn path(value: &Bound<'_, PyAny>) -> PyResult<PathBuf> {
-    value.extract().map_err(|error: PyErr| {
+/// The path of a file, which must be given.
+pub(super) fn given_path(value: &Bound<'_, PyAny>) -> PyResult<Option<PathBuf>> {
+    value.extract().map(Some).map_err(|error: PyErr| {
         if error.is_instance_of::<PyOSError>(value.py()) {
             return error;
         }

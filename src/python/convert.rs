@@ -319,7 +319,17 @@ pub(crate) fn scalar_or_vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult
 
 /// A vector of exactly `n` entries.
 pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyResult<Vec<f64>> {
-    of_length(vector(value, name)?, n, name)
+    if let Some(array) = plain(value)
+        && array.shape() == [n]
+    {
+        return Ok(array.to_vec()?);
+    }
+    let expected = format!("a one-dimensional array of {n} real number{}", if n == 1 { "" } else { "s" });
+    let Numbers { values, shape } = numbers(value, name, &expected)?;
+    match shape.len() {
+        1 => of_length(values, n, name),
+        _ => Err(PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)))),
+    }
 }
 
 fn of_length(vector: Vec<f64>, n: usize, name: &str) -> PyResult<Vec<f64>> {
@@ -493,6 +503,12 @@ pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str)
         let found = describe(value);
         PyValueError::new_err(format!("{name}: expected shape ({N},) or ({N}, {N}), got {found}"))
     };
+    if number_if_one(value, name)?.is_some() {
+        let found = describe(value);
+        return Err(PyTypeError::new_err(format!(
+            "{name}: expected shape ({N},) or ({N}, {N}), got {found}"
+        )));
+    }
     match matrix_of(value, (N, N), name) {
         Ok(matrix) => Ok(std::array::from_fn(|i| std::array::from_fn(|j| matrix[(i, j)]))),
         // Two dimensions, but another shape.

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use numpy::{IntoPyArray as _, PyArrayMethods as _};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping};
+use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 
 use super::convert;
 use crate::description::schema::suggestion;
@@ -78,12 +79,115 @@ pub(super) fn mapping_of<'a, 'py>(u: &'a Bound<'py, PyAny>) -> Option<&'a Bound<
     u.cast::<PyDict>().ok().map(|mapping| mapping.as_mapping())
 }
 
-/// Values for all inputs: those that a mapping names, and `u` for the others.
-pub(super) fn named(mapping: &Bound<'_, PyMapping>, names: &[String], mut u: Vec<f64>) -> PyResult<Vec<f64>> {
-    for (of_input, values) in by_name(mapping, names, "u", value)? {
+/// Sets the inputs that a mapping names; the others stay as they are.
+pub(super) fn set_named(
+    mapping: &Bound<'_, PyMapping>,
+    names: &[String],
+    u: &mut [f64],
+    place: &str,
+) -> PyResult<()> {
+    for (of_input, values) in by_name(mapping, names, place, value)? {
         u[of_input].copy_from_slice(&values);
     }
-    Ok(u)
+    Ok(())
+}
+
+/// Depth of lists in which inputs may be given by names: rows, and control steps of rows.
+const LISTS: usize = 2;
+
+/// Whether inputs are given by names: as a mapping, or as lists with mappings among their entries.
+pub(super) fn has_names(u: &Bound<'_, PyAny>) -> bool {
+    has_names_within(u, LISTS)
+}
+
+fn has_names_within(u: &Bound<'_, PyAny>, depth: usize) -> bool {
+    let of_entry = |entry: Bound<'_, PyAny>| has_names_within(&entry, depth - 1);
+    if depth > 0
+        && let Ok(list) = u.cast::<PyList>()
+    {
+        return list.iter().any(of_entry);
+    }
+    if depth > 0
+        && let Ok(tuple) = u.cast::<PyTuple>()
+    {
+        return tuple.iter().any(of_entry);
+    }
+    u.is_instance_of::<PyDict>()
+}
+
+/// Inputs of one or many rows with numbers in place of mappings, as an array-like; without names they stay as they are.
+///
+/// Inputs that a mapping leaves out have the values of `held`, one vector for all rows or one for each. A value of a mapping may have
+/// rows, too: its first axes, before that of a vector, become those of the inputs.
+pub(super) fn numbered<'py>(
+    u: &Bound<'py, PyAny>,
+    names: &[String],
+    held: &[Vec<f64>],
+    place: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    if let Some(mapping) = mapping_of(u) {
+        return rows_of_names(mapping, names, held, place);
+    }
+    if !has_names(u) {
+        return Ok(u.clone());
+    }
+    let row = |(i, row): (usize, PyResult<Bound<'py, PyAny>>)| {
+        let held = held.get(i).or(held.first()).map_or(&[][..], std::slice::from_ref);
+        numbered(&row?, names, held, &format!("{place}[{i}]"))
+    };
+    let rows: Vec<_> = u.try_iter()?.enumerate().map(row).collect::<PyResult<_>>()?;
+    Ok(PyList::new(u.py(), rows)?.into_any())
+}
+
+/// The inputs of a mapping whose values may have rows: an array of these rows, whose last axis is that of the inputs.
+fn rows_of_names<'py>(
+    mapping: &Bound<'py, PyMapping>,
+    names: &[String],
+    held: &[Vec<f64>],
+    place: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let found = by_name(mapping, names, place, rows_of_value)?;
+    let mut shape = if held.len() > 1 { vec![held.len()] } else { Vec::new() };
+    let with_rows = found.iter().filter(|(_, (_, rows))| !rows.is_empty());
+    for (i, (of_input, (_, rows))) in with_rows.enumerate() {
+        if i > 0 && *rows != shape {
+            let name = &names[of_input.start];
+            return Err(PyValueError::new_err(format!(
+                "{place}: got rows of shape {rows:?} of '{name}' and of {shape:?} of another input, expected the same of all"
+            )));
+        }
+        shape.clone_from(rows);
+    }
+    let count: usize = shape.iter().product();
+    let of_first_axis: usize = shape.iter().skip(1).product();
+    let mut u = Vec::with_capacity(count * names.len());
+    for row in 0..count {
+        let start = u.len();
+        u.extend_from_slice(held.get(row / of_first_axis).or(held.first()).map_or(&[], Vec::as_slice));
+        for (of_input, (values, rows)) in &found {
+            let first = if rows.is_empty() { 0 } else { row * of_input.len() };
+            u[start + of_input.start..start + of_input.end]
+                .copy_from_slice(&values[first..first + of_input.len()]);
+        }
+    }
+    shape.push(names.len());
+    Ok(u.into_pyarray(mapping.py()).reshape(shape)?.into_any())
+}
+
+/// Finite values of an input with this number of entries, and the shape of its rows: none for a single value.
+fn rows_of_value(value: &Bound<'_, PyAny>, entries: usize, place: &str) -> PyResult<(Vec<f64>, Vec<usize>)> {
+    let convert::Numbers { values, mut shape } = convert::numbers(value, place, "real numbers")?;
+    let mut check = Checker::new();
+    if entries > 1 && shape.pop() != Some(entries) {
+        let expected = format!("{entries} numbers, or rows of them: the input is a vector");
+        check.require(false, place, convert::describe(value), &expected);
+    }
+    match shape.is_empty() && entries == 1 {
+        true => check.require(values[0].is_finite(), place, Number(values[0]), "a finite number"),
+        false => check.finite(&values, place),
+    };
+    check.finish().or_raise()?;
+    Ok((values, shape))
 }
 
 /// For each name of a mapping its indices in u and what its value is read as. No entry may occur twice.

@@ -12,7 +12,7 @@ use super::{background, convert};
 use crate::analysis::modes as core;
 use crate::analysis::modes::{Modes, NoModes};
 use crate::analysis::stability::Stability;
-use crate::python::words::no_others;
+use crate::python::words::required;
 
 /// Natural vibrations about an equilibrium, slowest first.
 ///
@@ -112,16 +112,16 @@ impl PyModesResult {
 /// >>> lissom.modes(rod, [0] * 6).frequency[:3].round(4)
 /// array([ 1.4518,  9.0983, 25.4829])
 #[pyfunction]
-#[pyo3(signature = (model, q, *, t=0.0, u=None, **others), text_signature = "(model, q, *, t=0.0, u=None)")]
+#[pyo3(signature = (model=None, q=None, *, t=0.0, u=None, **others), text_signature = "(model, q, *, t=0.0, u=None)")]
 pub(crate) fn modes<'py>(
     py: Python<'py>,
-    model: &Bound<'py, PyAny>,
-    q: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::number::t)] t: f64,
     u: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyModesResult> {
-    no_others("modes", others)?;
+    let (model, q) = required!("modes", others, model, q);
     let mut model = native(model, t, u)?;
     let q = convert::finite_vector_of(q, model.facts().n, "q")?;
     model.check_shape(&q, "q").or_raise()?;

@@ -22,7 +22,7 @@ use crate::model::{Facts, Model};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::Derivative;
 use crate::python::errors::OrRaise as _;
-use crate::python::words::no_others;
+use crate::python::words::required;
 use crate::simulation::simulate::Simulation;
 use crate::simulation::stepping;
 
@@ -100,7 +100,7 @@ use crate::simulation::stepping;
 #[pyfunction]
 #[pyo3(
     signature = (
-        residual, t_span, q0, v0, *, dt, beta=None, gamma=None, jac=None, method="newmark", alpha=None, rho_inf=None,
+        residual=None, t_span=None, q0=None, v0=None, *, dt=None, beta=None, gamma=None, jac=None, method="newmark", alpha=None, rho_inf=None,
         rtol=None, atol=None, adaptive=false, max_step=None, min_step=0.0, max_steps=None, t_eval=None,
         a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None, **others
     ),
@@ -112,11 +112,11 @@ use crate::simulation::stepping;
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn newmark<'py>(
     py: Python<'py>,
-    residual: &Bound<'py, PyAny>,
-    t_span: &Bound<'py, PyAny>,
-    q0: &Bound<'py, PyAny>,
-    v0: &Bound<'py, PyAny>,
-    #[pyo3(from_py_with = arguments::number::dt)] dt: f64,
+    #[pyo3(from_py_with = arguments::given)] residual: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] t_span: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] q0: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] v0: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_number::beta)] beta: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_number::gamma)] gamma: Option<f64>,
     jac: Option<&Bound<'py, PyAny>>,
@@ -137,7 +137,7 @@ pub(crate) fn newmark<'py>(
     #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
-    no_others("newmark", others)?;
+    let (residual, t_span, q0, v0, dt) = required!("newmark", others, residual, t_span, q0, v0, dt);
     let start = Instant::now();
     if !residual.is_callable() {
         return Err(PyTypeError::new_err(format!(

@@ -14,6 +14,7 @@ use crate::description::rod::{Parts, Profile, Unsampled};
 use crate::description::schema::{Data as _, Kind, Symmetric, Value};
 use crate::error::{Checker, InvalidInput};
 use crate::python::errors::{OrRaise as _, raise};
+use crate::python::words::required;
 use crate::robot::effects::actuator::{AlongRod, AlongRodTable};
 
 /// A function of the arc length of a segment, as `Segment` creates it from a table or a callable.
@@ -63,13 +64,16 @@ pub(crate) struct PyProfile {
 #[pymethods]
 impl PyProfile {
     #[new]
-    #[pyo3(signature = (length, *, stations=None, values=None, coefficients=None))]
+    #[pyo3(signature = (length=None, *, stations=None, values=None, coefficients=None, **others),
+           text_signature = "(length, *, stations=None, values=None, coefficients=None)")]
     fn new(
-        #[pyo3(from_py_with = arguments::number::length)] length: f64,
+        #[pyo3(from_py_with = arguments::given_number::length)] length: Option<f64>,
         stations: Option<&Bound<'_, PyAny>>,
         values: Option<&Bound<'_, PyAny>>,
         coefficients: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let length = required!("Profile", others, length);
         let mut check = Checker::new();
         check.positive(length, "length", "metres");
         check.finish().or_raise()?;

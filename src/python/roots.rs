@@ -17,7 +17,7 @@ use crate::numerics::roots::{
     Derivative, Differences, Iterate, Method, Newton, NonlinearSystem, Options, Reuse, StepTolerance,
     check_jacobian,
 };
-use crate::python::words::no_others;
+use crate::python::words::required;
 
 /// Result of `root`.
 ///
@@ -333,7 +333,7 @@ impl NonlinearSystem for PyFunctions<'_, '_> {
 /// ('converged_residual', 1.414214)
 #[pyfunction]
 #[pyo3(signature = (
-    fun, x0, *, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
+    fun=None, x0=None, *, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
     x_scale=None, f_scale=None, max_step=None, keep_jacobian=false, accelerate=false, history=false,
     raise_on_failure=false, **others
 ), text_signature = "(fun, x0, *, args=(), jac='forward', method='newton', tol=1e-06, max_iter=1000, \
@@ -342,8 +342,8 @@ history=False, raise_on_failure=False)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn root<'py>(
     py: Python<'py>,
-    fun: &Bound<'py, PyAny>,
-    x0: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] x0: Option<&Bound<'py, PyAny>>,
     args: Option<Bound<'py, PyTuple>>,
     jac: Option<Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::text::method)] method: &str,
@@ -360,7 +360,7 @@ pub(crate) fn root<'py>(
     #[pyo3(from_py_with = arguments::flag::raise_on_failure)] raise_on_failure: bool,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Py<PyRootResult>> {
-    no_others("root", others)?;
+    let (fun, x0) = required!("root", others, fun, x0);
     let (mut x, scalar) = scalar_or_vector(x0, "x0")?;
     let mut checker = Checker::new();
     checker.finite(&x, "x0");
@@ -444,16 +444,18 @@ pub(crate) fn root<'py>(
 /// ValueError
 ///     If `fun` is NaN or infinite near `x`.
 #[pyfunction]
-#[pyo3(signature = (fun, x, method="central", *, x_scale=None, args=None),
+#[pyo3(signature = (fun=None, x=None, method="central", *, x_scale=None, args=None, **others),
     text_signature = "(fun, x, method='central', *, x_scale=None, args=())")]
 pub(crate) fn jacobian<'py>(
     py: Python<'py>,
-    fun: &Bound<'py, PyAny>,
-    x: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] x: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::text::method)] method: &str,
     x_scale: Option<Bound<'py, PyAny>>,
     args: Option<Bound<'py, PyTuple>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (fun, x) = required!("jacobian", others, fun, x);
     let (x, scalar) = finite_point(x)?;
     let derivative = difference_named(method, "method", "'central' or 'forward'")?;
     let args = args.unwrap_or_else(|| PyTuple::empty(py));
@@ -502,16 +504,18 @@ pub(crate) fn jacobian<'py>(
 ///     The entry that differs most: `relative_difference`, `row`, `column`, `given`, `difference`. A correct Jacobian gives about
 ///     1e-9, a wrong one about 1.
 #[pyfunction(name = "check_jacobian")]
-#[pyo3(signature = (fun, jac, x, *, x_scale=None, args=None),
+#[pyo3(signature = (fun=None, jac=None, x=None, *, x_scale=None, args=None, **others),
     text_signature = "(fun, jac, x, *, x_scale=None, args=())")]
 pub(crate) fn check_jacobian_of<'py>(
     py: Python<'py>,
-    fun: &Bound<'py, PyAny>,
-    jac: &Bound<'py, PyAny>,
-    x: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] jac: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] x: Option<&Bound<'py, PyAny>>,
     x_scale: Option<Bound<'py, PyAny>>,
     args: Option<Bound<'py, PyTuple>>,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyJacobianCheck> {
+    let (fun, jac, x) = required!("check_jacobian", others, fun, jac, x);
     let (x, scalar) = finite_point(x)?;
     if !jac.is_callable() {
         return Err(PyTypeError::new_err(format!("jac: expected a callable, got {}", describe(jac))));

@@ -4,6 +4,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::convert;
+use super::inputs::numbered;
 use super::model::PyModel;
 use crate::numerics::parallel;
 
@@ -91,6 +92,16 @@ pub(super) fn check_alike(i: usize, model: &PyModel, first: &PyModel) -> PyResul
         return Err(PyValueError::new_err(message));
     }
     Ok(())
+}
+
+/// Inputs of rows with numbers in place of names, as an array-like: of one model for all rows, or of one for each.
+#[pyfunction]
+pub(crate) fn inputs_by_name<'py>(
+    u: &Bound<'py, PyAny>,
+    models: Vec<PyRef<'py, PyModel>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let held: Vec<_> = models.iter().map(|model| model.default_inputs()).collect();
+    numbered(u, &models.first().map_or_else(Vec::new, |model| model.input_names()), &held, "u")
 }
 
 /// Number of threads; by default the number of processors.

@@ -21,6 +21,7 @@ use super::record::{self, Reduced};
 use super::robot::PyRobot;
 use super::rod::PyRod;
 use super::words::{warn, warn_of_old_word};
+use crate::python::words::required;
 use crate::scene::{
     Jacobian, Method, Model, Quantity, Scene, SceneError as CoreError, SceneProblem, Simulation, set_aside,
 };
@@ -144,12 +145,14 @@ impl PyScene {
     /// lissom.urdf.UrdfWarning
     ///     If an imported file has content that the robot does not include.
     #[staticmethod]
-    #[pyo3(signature = (path, *, anywhere=false))]
+    #[pyo3(signature = (path=None, *, anywhere=false, **others), text_signature = "(path, *, anywhere=False)")]
     fn load(
         py: Python<'_>,
-        #[pyo3(from_py_with = arguments::path)] path: PathBuf,
+        #[pyo3(from_py_with = arguments::given_path)] path: Option<PathBuf>,
         #[pyo3(from_py_with = arguments::flag::anywhere)] anywhere: bool,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let path = required!("Scene.load", others, path);
         let file = path.display().to_string();
         // Python's own errors contain the file name and have the right class.
         let bytes: Vec<u8> =
@@ -182,14 +185,17 @@ impl PyScene {
     /// SceneError
     ///     If the scene is invalid; the error lists all problems.
     #[staticmethod]
-    #[pyo3(signature = (text, name="scene", *, anywhere=false, imports=None))]
+    #[pyo3(signature = (text=None, name="scene", *, anywhere=false, imports=None, **others),
+           text_signature = "(text, name='scene', *, anywhere=False, imports=None)")]
     fn loads(
         py: Python<'_>,
-        #[pyo3(from_py_with = arguments::text::text)] text: &str,
+        #[pyo3(from_py_with = arguments::given_text::text)] text: Option<&str>,
         #[pyo3(from_py_with = arguments::text::name)] name: &str,
         #[pyo3(from_py_with = arguments::flag::anywhere)] anywhere: bool,
         #[pyo3(from_py_with = arguments::imports)] imports: Option<BTreeMap<String, Vec<u8>>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let text = required!("Scene.loads", others, text);
         let mut imports = imports.map_or_else(|| Files::beside(name, anywhere), Files::given);
         let read = py.detach(|| Scene::parse_with(text, name, &mut imports));
         Self::new(py, name, imports.or_raised(read)?)

@@ -9,6 +9,7 @@ use super::arguments;
 use super::part::PyPart;
 use crate::description::rod;
 use crate::description::rod::{Shape, described};
+use crate::python::words::required;
 
 /// Cross-section of a segment: a shape filled with its material, or given stiffness and inertia.
 ///
@@ -105,12 +106,14 @@ impl PySection {
 
     /// Cowper's (1966) shear correction factors, for shear along y and along z, at this Poisson's ratio, above -1 and
     /// up to 0.5.
-    #[pyo3(signature = (poisson_ratio, x=0.0))]
+    #[pyo3(signature = (poisson_ratio=None, x=0.0, **others), text_signature = "($self, poisson_ratio, x=0.0)")]
     fn cowper(
         slf: &Bound<'_, Self>,
-        #[pyo3(from_py_with = arguments::number::poisson_ratio)] poisson_ratio: f64,
+        #[pyo3(from_py_with = arguments::given_number::poisson_ratio)] poisson_ratio: Option<f64>,
         #[pyo3(from_py_with = arguments::number::x)] x: f64,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<(f64, f64)> {
+        let poisson_ratio = required!("Section.cowper", others, poisson_ratio);
         if !(-1.0 < poisson_ratio && poisson_ratio <= 0.5) {
             return Err(PyValueError::new_err(format!(
                 "poisson_ratio: got {poisson_ratio}, expected a number above -1 and up to 0.5"

@@ -21,6 +21,7 @@ use crate::description::signal::{
 use crate::description::world::{BaseMotion, BaseRotation, quaternion_motion};
 use crate::error::{Checker, Interrupted};
 use crate::python::errors::OrRaise as _;
+use crate::python::words::{no_others, required};
 use crate::robot::effects::actuator::AlongRod;
 use crate::robot::{Driven, Robot, SignalOf};
 
@@ -61,7 +62,7 @@ pub(crate) struct PyHarmonic {
 impl PyHarmonic {
     #[new]
     #[pyo3(
-        signature = (amplitude=None, frequency=0.0, *, phase=0.0, mean=None, rate=None),
+        signature = (amplitude=None, frequency=0.0, *, phase=0.0, mean=None, rate=None, **others),
         text_signature = "(amplitude=0, frequency=0.0, *, phase=0.0, mean=0, rate=0)"
     )]
     fn new(
@@ -70,7 +71,9 @@ impl PyHarmonic {
         #[pyo3(from_py_with = arguments::number::phase)] phase: f64,
         mean: Option<&Bound<'_, PyAny>>,
         rate: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        no_others("Harmonic", others)?;
         let mut harmonic = Harmonic { frequency, phase, ..Harmonic::zero() };
         let mut is_number = None;
         let parts = [
@@ -221,8 +224,13 @@ pub(crate) struct PyInput {
 #[pymethods]
 impl PyInput {
     #[new]
-    #[pyo3(signature = (name, default=None), text_signature = "(name, default=0.0)")]
-    fn new(name: &Bound<'_, PyAny>, default: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (name=None, default=None, **others), text_signature = "(name, default=0.0)")]
+    fn new(
+        #[pyo3(from_py_with = arguments::given)] name: Option<&Bound<'_, PyAny>>,
+        default: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let name = required!("Input", others, name);
         let Ok(name) = name.extract::<String>() else {
             let found = convert::describe(name);
             return Err(PyTypeError::new_err(format!("name: expected a string, got {found}")));

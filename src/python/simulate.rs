@@ -9,6 +9,7 @@ use super::arguments;
 use super::callback::{Raised, call, or_raised, requests_stop, with_result};
 use super::convert;
 use super::errors::{LissomError, OrRaise as _};
+use super::inputs::{mapping_of, set_named};
 use super::model::{Native, PyModel};
 use super::motion::{PyMotionResult, Ticker, finish, signals, times};
 use super::ode::options::tolerance;
@@ -18,7 +19,7 @@ use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
-use crate::python::words::{no_others, required};
+use crate::python::words::required;
 use crate::robot::Robot;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{
@@ -67,7 +68,7 @@ const EVERY_STEP: &str = "steps";
 ///     or every `dt`.
 /// control : callable, optional
 ///     Controller, called as ``control(t, q, v)`` at `t0` and after every `control_step`. It returns the model's inputs, shape
-///     (inputs,), which are held until the next call. Steps end at these times; steps of fixed size are equal in between and
+///     (inputs,), or some of them as a dict; they are held until the next call. Steps end at these times; steps of fixed size are equal in between and
 ///     at most `dt`. Its exceptions are raised with the partial result as their attribute `result`. By default inputs keep
 ///     their defaults.
 /// control_step : float, optional
@@ -123,7 +124,7 @@ const EVERY_STEP: &str = "steps";
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
+        model=None, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
         control_step=None, max_seconds=None, **others
@@ -135,7 +136,7 @@ const EVERY_STEP: &str = "steps";
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
-    model: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
@@ -162,8 +163,7 @@ pub(crate) fn simulate<'py>(
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
-    no_others("simulate", others)?;
-    let t_end = required(t_end, "simulate", "positional", "t_end")?;
+    let (model, t_end) = required!("simulate", others, model, t_end);
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
             "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \
@@ -211,6 +211,8 @@ fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
 struct Controller {
     function: Py<PyAny>,
     step: f64,
+    /// Names of the inputs.
+    names: Vec<String>,
 }
 
 impl Controller {
@@ -245,13 +247,17 @@ impl Controller {
                 "control: the method \"auto\" computes motions several times: choose another method",
             ));
         }
-        Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt) }))
+        let names = model.get().input_names();
+        Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt), names }))
     }
 
-    /// The inputs that the controller returns for a state.
+    /// Sets the inputs that the controller returns for a state: all, or some by name.
     fn inputs(&self, py: Python<'_>, t: f64, [q, v]: [&[f64]; 2], inputs: &mut [f64]) -> PyResult<()> {
         let returned = call(self.function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
-        let read = convert::finite_vector_into(&returned, inputs, "control");
+        let read = match mapping_of(&returned) {
+            Some(mapping) => set_named(mapping, &self.names, inputs, "control"),
+            None => convert::finite_vector_into(&returned, inputs, "control"),
+        };
         read.map_err(|error| at_time(py, error, t))
     }
 }
@@ -562,17 +568,19 @@ const COMPARED_EVERY: f64 = 1e-2;
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (rod, t_end=None, *, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0),
+    signature = (rod=None, t_end=None, *, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0, **others),
     text_signature = "(rod, t_end=None, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
 pub(crate) fn choose_modes<'py>(
-    #[pyo3(from_py_with = rod_of)] rod: &Bound<'py, PyRobot>,
+    #[pyo3(from_py_with = rod_of)] rod: Option<&Bound<'py, PyRobot>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
     #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
+    others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
+    let rod = required!("choose_modes", others, rod);
     let description = rod.get().description();
     let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
     let purpose = match t_end {
@@ -640,6 +648,6 @@ pub(super) fn with_python_names(mut error: InvalidInput) -> InvalidInput {
 }
 
 /// The argument `rod`.
-fn rod_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyRobot>> {
-    convert::instance(value, "rod", "lissom.Rod")
+fn rod_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyRobot>>> {
+    convert::instance(value, "rod", "lissom.Rod").map(Some)
 }

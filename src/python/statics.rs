@@ -26,7 +26,7 @@ use crate::analysis::statics::{
 };
 use crate::error::{Interrupted, InvalidInput, Unfinished};
 use crate::python::errors::{AccuracyWarning, OrRaise as _};
-use crate::python::words::no_others;
+use crate::python::words::required;
 
 /// A point of a path of equilibria at which the tangent stiffness is singular.
 ///
@@ -375,12 +375,12 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, **others),
+#[pyo3(signature = (model=None, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, **others),
        text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True, space_error=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
     py: Python<'py>,
-    model: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     q0: Option<&Bound<'py, PyAny>>,
     load_steps: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::text::method)] method: &str,
@@ -393,7 +393,7 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = arguments::optional_flag::space_error)] space_error: Option<bool>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyStaticsResult> {
-    no_others("statics", others)?;
+    let model = required!("statics", others, model);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_names = model.clone();
     let mut model = native_with(model, t, u.as_deref())?;
@@ -592,12 +592,12 @@ impl PyStaticsResult {
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None, **others),
+#[pyo3(signature = (model=None, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None, **others),
        text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10, u=None, inputs=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
     py: Python<'py>,
-    model: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     q0: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::number::load_factor)] load_factor: f64,
     direction: Option<&Bound<'py, PyAny>>,
@@ -610,7 +610,7 @@ pub(crate) fn continuation<'py>(
     inputs: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyContinuationResult> {
-    no_others("continuation", others)?;
+    let model = required!("continuation", others, model);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_model = model;
     let mut model = native_with(of_model, t, u.as_deref())?;
@@ -679,6 +679,9 @@ pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -
         model.set_inputs(u);
     }
     or_raised(model.set_time(t))?;
+    if let Some(what) = model.not_finite() {
+        return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
+    }
     Ok(model)
 }
 

@@ -16,12 +16,14 @@ pub(super) fn meant_in_python(word: &str, known: Vec<String>) -> Option<String> 
 /// Refuses keyword arguments that a function, class or method of this module, such as `Robot.pose`, does not have, with those that it has
 /// and the one that may be meant.
 pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-    let Some((key, _)) = others.into_iter().flatten().next() else { return Ok(()) };
-    let module = key.py().import("lissom._lissom")?.into_any();
-    let key: String = key.extract()?;
+    let Some(others) = others.filter(|others| !others.is_empty()) else { return Ok(()) };
+    let module = others.py().import("lissom._lissom")?.into_any();
     let called = name.split('.').try_fold(module, |owner, name| owner.getattr(name))?;
     let signature: String = called.getattr("__text_signature__")?.extract()?;
     let known: Vec<_> = names_of(&signature).collect();
+    let others: Vec<String> = others.keys().extract()?;
+    // Some functions pass arguments of these names on.
+    let Some(key) = others.into_iter().find(|other| !known.contains(&other.as_str())) else { return Ok(()) };
     let meant = keyword(&key, known.iter().copied()).map_or_else(String::new, |meant| format!("; {meant}"));
     Err(PyTypeError::new_err(format!(
         "{name}() got an unexpected keyword argument '{key}', expected {}{meant}",
@@ -29,11 +31,24 @@ pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyRes
     )))
 }
 
-/// An argument that is required, where another name that may stand for it is to be refused first.
-pub(super) fn required<T>(value: Option<T>, function: &str, kind: &str, name: &str) -> PyResult<T> {
-    value.ok_or_else(|| {
-        PyTypeError::new_err(format!("{function}() missing 1 required {kind} argument: '{name}'"))
-    })
+/// The arguments that a function requires, once other names, which may stand for them, have been refused.
+macro_rules! required {
+    ($function:literal, $others:expr, $($name:ident),+) => {{
+        $crate::python::words::no_others($function, $others)?;
+        $crate::python::words::no_missing($function, &[$((stringify!($name), $name.is_none())),+])?;
+        ($($name.expect("nothing is missing")),+)
+    }};
+}
+pub(super) use required;
+
+/// Refuses a call without all required arguments: their names, and whether each is missing.
+pub(super) fn no_missing(function: &str, arguments: &[(&str, bool)]) -> PyResult<()> {
+    let missing = arguments.iter().filter(|(_, is_missing)| *is_missing);
+    let missing: Vec<_> = missing.map(|(name, _)| format!("'{name}'")).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(PyTypeError::new_err(format!("{function}() missing required arguments: {}", missing.join(", "))))
 }
 
 /// Names of the parameters in a text such as `(model, t_end, *, t0=0.0)`.

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import LissomError, Model, Robot, StaticsResult, statics
-from ..common.arguments import keywords, whole
+from ..common.arguments import keywords, suggesting, whole
 from ..common.interruption import Keeping
 from .base import ParameterResult
 from .parameters import OfModel, names_of, place_derivative, resolved
+
+if TYPE_CHECKING:
+    from ..common.arguments import Inputs
 
 Array = NDArray[np.float64]
 
@@ -121,6 +124,7 @@ class EquilibriumSensitivityResult(ParameterResult):
         return np.asarray(position), np.asarray(derivative)
 
 
+@suggesting
 def equilibrium_sensitivity(
     model: Model,
     parameters: Sequence[str],
@@ -129,7 +133,7 @@ def equilibrium_sensitivity(
     objective: Objective | None = None,
     frequencies: int = 0,
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     **options: Any,
 ) -> EquilibriumSensitivityResult:
     """Differentiate an equilibrium and its natural frequencies with respect to model parameters.
@@ -225,7 +229,7 @@ def differentiated(
     objective: Objective | None = None,
     frequencies: int = 0,
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     **options: Any,
 ) -> EquilibriumSensitivityResult:
     """An equilibrium and its derivatives; the parameter data are shared by all equilibria of a model."""
@@ -244,7 +248,7 @@ def _derivatives(
     objective: Objective | None,
     frequencies: int,
     t: float,
-    u: ArrayLike | None,
+    u: Inputs | None,
 ) -> EquilibriumSensitivityResult:
     q, rest = found.q, np.zeros(model.n)
     at: dict[str, Any] = {"t": t, "u": u}

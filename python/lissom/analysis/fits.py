@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import AccuracyWarning, Robot, finite_array
-from ..common.arguments import number, whole
+from ..common.arguments import number, suggesting, whole
 from ..common.extras import missing
 from .fitted import FitResult, FittedData
 from .makers import ArgumentsOfFunction, NumbersOfModel
@@ -25,6 +25,7 @@ __all__ = ["FitResult", "FittedData", "fit"]
 Array = NDArray[np.float64]
 
 
+@suggesting
 def fit(
     model: Robot | Callable[..., Robot],
     data: Data | tuple[ArrayLike, ArrayLike] | Sequence[Data | tuple[ArrayLike, ArrayLike]],
@@ -142,7 +143,7 @@ def fit(
     search = Search(make, measured, names, confidence, bounds, max_runs, starts)
     found = search.best_fit()
     for each in dict.fromkeys(search.unresolved):
-        warnings.warn(each, AccuracyWarning, stacklevel=2)
+        warnings.warn(each, AccuracyWarning, stacklevel=3)
     return found
 
 

@@ -6,15 +6,19 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, jacobian
+from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, inputs_by_name, jacobian
 from ..common.arguments import flag, sequence, suggesting
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
 from .measured import readings, sensors_of
+
+if TYPE_CHECKING:
+    from ..common.arguments import Inputs
 
 Array = NDArray[np.float64]
 
@@ -75,6 +79,7 @@ class LinearModel:
             f"{_few(self.outputs)}{when}>"
         )
 
+    @suggesting
     def discrete(self, dt: float, *, delay: float = 0.0) -> LinearModel:
         """The model in discrete time: inputs are held between samples, and act after a delay.
 
@@ -135,7 +140,7 @@ def linearise(
     outputs: str | Sensor | Sequence[str | Sensor] = "coordinates",
     *,
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     held: bool = False,
 ) -> LinearModel:
     """Linearise the equations of motion about an equilibrium, with exact tangents.
@@ -162,7 +167,7 @@ def linearise(
         prescribed motions, which move links at velocities that depend on q.
     t : float
         Time at which time-dependent loads and motions are evaluated, seconds.
-    u : array_like, shape (m,), optional
+    u : array_like, shape (m,), or dict, optional
         Inputs at the equilibrium; by default `u0` of the model.
     held : bool
         Whether constant generalised forces hold the shape if it is no equilibrium, such as those of motors
@@ -207,13 +212,8 @@ def linearise(
     n = model.n
     model.check_shape(q)
     q = np.asarray(q, float)
-    stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=u)
-    if isinstance(u, dict):
-        # Sensors take arrays. The tangent has refused wrong names.
-        values = np.array(model.u0)
-        for name, value in u.items():
-            values[[name in (each, each.rpartition(".")[0]) for each in model.inputs]] = value
-        u = values
+    values = None if u is None else inputs_by_name(u, [model])
+    stiffness, damping, mass = model._tangent_at_rest(q, t=t, u=values)
     seen = view(model)
     force_names, forces = _signals("inputs", inputs, _forces(model, seen, q, t, u), n)
     _check_inputs(model, force_names)
@@ -222,7 +222,7 @@ def linearise(
     )
     groups = _measurements(model, seen, q, t)
     for sensor in sensors_of(model, wanted, force_names):
-        groups[sensor.name] = readings(sensor, force_names, q, t, u)
+        groups[sensor.name] = readings(sensor, force_names, q, t, values)
     output_names, rows = _signals("outputs", wanted, groups, 3 * n + len(force_names))
     try:
         np.linalg.cholesky(mass)
@@ -247,7 +247,7 @@ def linearise(
         coordinates, velocities = [coordinates[k] for k in free], [velocities[k] for k in free]
         n, free_motions = len(free), within
     if not held and (found := _moves_off(model, seen, q, t, u, (stiffness, mass, free_motions))):
-        warnings.warn(found, AccuracyWarning, stacklevel=2)
+        warnings.warn(found, AccuracyWarning, stacklevel=3)
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
@@ -270,7 +270,7 @@ def _moves_off(
     seen: View,
     q: Array,
     t: float,
-    u: ArrayLike | None,
+    u: Inputs | None,
     tangents: tuple[Array, Array, Array],
 ) -> str | None:
     """What is wrong with a shape that is no equilibrium: the model at rest there would move off.
@@ -318,7 +318,7 @@ DEPENDENT = 1e-8
 
 
 def _within_loops(
-    robot: Robot, q: Array, mass: Array, t: float, u: ArrayLike | None
+    robot: Robot, q: Array, mass: Array, t: float, u: Inputs | None
 ) -> tuple[list[int], Array, Array]:
     """Independent coordinates, the map from them to all coordinates, and the stiffness of loops.
 
@@ -366,7 +366,7 @@ def _names(seen: View, n: int) -> tuple[list[str], list[str], list[str]]:
 Group = tuple[list[str], Callable[[], Array]]
 
 
-def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+def _forces(model: Model, seen: View, q: Array, t: float, u: Inputs | None) -> dict[str, Group]:
     """Generalised forces of unit inputs, as rows."""
     n = model.n
     groups: dict[str, Group] = {"forces": (_names(seen, n)[2], lambda: np.eye(n))}
@@ -379,7 +379,7 @@ def _forces(model: Model, seen: View, q: Array, t: float, u: ArrayLike | None) -
     return groups | _inputs(model, q, t, u)
 
 
-def _inputs(model: Model, q: Array, t: float, u: ArrayLike | None) -> dict[str, Group]:
+def _inputs(model: Model, q: Array, t: float, u: Inputs | None) -> dict[str, Group]:
     """Generalised forces per unit of each input: all inputs, and the vector inputs among them."""
     names = list(model.inputs)
     if not names:

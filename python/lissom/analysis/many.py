@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import operator
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import AccuracyWarning, Model, StaticsResult, finite_array, machine, statics
-from ..common.arguments import flag, keywords, number, whole
+from .._lissom import AccuracyWarning, Model, StaticsResult, finite_array, inputs_by_name, machine, statics
+from ..common.arguments import flag, keywords, number, suggesting, whole
 from .base import ReadOnly
 from .doubts import without_doubts
 from .equilibria import OF_STATICS
+
+if TYPE_CHECKING:
+    from ..common.arguments import InputRows
 
 Array = NDArray[np.float64]
 
@@ -47,6 +50,8 @@ class EquilibriaResult(ReadOnly):
         As of `StaticsResult`.
     nit : ndarray of int, shape (k,)
         Numbers of iterations.
+    u : ndarray, shape (k, m)
+        Inputs of each row.
     """
 
     # Pickles refer to the class by this module.
@@ -59,6 +64,7 @@ class EquilibriaResult(ReadOnly):
     is_stable: tuple[bool | None, ...]
     residual_norm: Array
     nit: NDArray[np.int64]
+    u: Array
     _rows: tuple[StaticsResult | None, ...]
 
     def __len__(self) -> int:
@@ -80,9 +86,10 @@ class EquilibriaResult(ReadOnly):
         return f"<EquilibriaResult: {found} of {len(self)} equilibria found, n = {self.q.shape[1]}>"
 
 
+@suggesting
 def statics_many(
     model: Model | Iterable[Model],
-    u: ArrayLike | None = None,
+    u: InputRows | None = None,
     q0: ArrayLike | None = None,
     *,
     t: float = 0.0,
@@ -98,8 +105,9 @@ def statics_many(
     ----------
     model : Model, or iterable of Model
         A model for all rows, or one for each. All must have the same number of coordinates.
-    u : array_like, shape (k, m), optional
-        Inputs of each row; by default those that are the inputs' defaults.
+    u : array_like, shape (k, m), or dict, optional
+        Inputs of each row; by default those that are the inputs' defaults. Some of them by name: a dict for
+        each row, or one dict whose values have rows, such as ``{"pull": [1, 2, 3]}``.
     q0 : array_like, shape (n,) or (k, n), optional
         Start of all rows, or of each, as for `statics`.
     t : float
@@ -139,7 +147,7 @@ def statics_many(
     >>> finger = lissom.Segment(0.2, 0.01, 3e5, poisson_ratio=0.45, density=1100, modes={"bend_y": 3})
     >>> pull = lissom.Tendon("pull", [lissom.Along(offset=(0, 0.006))], tension=lissom.Input("pull", 0.0))
     >>> rod = lissom.Rod([finger], actuators=[pull])
-    >>> found = lissom.statics_many(rod, np.linspace(0, 4, 100)[:, None])
+    >>> found = lissom.statics_many(rod, {"pull": np.linspace(0, 4, 100)})
     >>> found
     <EquilibriaResult: 100 of 100 equilibria found, n = 3>
     >>> rod.pose(found.q)[:, :3, 3].shape  # tips
@@ -148,13 +156,17 @@ def statics_many(
     keywords("statics_many", options, ("u", "q0", "t", "follow", "workers", *OPTIONS))
     models = _models(model)
     n = models[0].n
-    inputs = None if u is None else _rows("u", u, len(models[0].inputs), "inputs")
+    inputs = np.array([one.u0 for one in models]) if u is None else inputs_by_name(u, models)
+    is_of_all = isinstance(u, Mapping) and inputs.ndim == 1
+    if u is not None and not is_of_all:
+        inputs = _rows("u", inputs, len(models[0].inputs), "inputs")
     starts = None if q0 is None else finite_array(q0, "q0")
     if starts is not None and starts.ndim != 1:
         starts = _rows("q0", starts, n, "coordinates")
     elif starts is not None and starts.shape != (n,):
         raise ValueError(f"q0: got shape {starts.shape}, expected ({n},) or (k, {n})")
-    count = _count(models, inputs, starts)
+    count = _count(models, None if u is None or is_of_all else inputs, starts)
+    inputs = np.broadcast_to(inputs, (count, len(models[0].inputs))).copy()
     time, follows = number("t", t), flag("follow", follow)
     if workers is not None and whole("workers", workers) < 1:
         raise ValueError(f"workers: got {workers!r}, expected a whole number > 0")
@@ -162,7 +174,7 @@ def statics_many(
     def row(i: int, start: Array | None) -> StaticsResult:
         one = models[i if len(models) > 1 else 0]
         try:
-            return statics(one, start, t=time, u=None if inputs is None else inputs[i], **options)
+            return statics(one, start, t=time, u=None if u is None else inputs[i], **options)
         except (ValueError, TypeError) as error:
             raise type(error)(f"row {i}: {error}") from None
 
@@ -184,9 +196,9 @@ def statics_many(
     try:
         _, doubts = without_doubts(fill)
     except KeyboardInterrupt as error:
-        error.result = _collected(found, n)  # type: ignore[attr-defined]
+        error.result = _collected(found, n, inputs)  # type: ignore[attr-defined]
         raise
-    result = _collected(found, n)
+    result = _collected(found, n, inputs)
     if doubts:
         _warn(doubts, result)
     return result
@@ -198,7 +210,7 @@ def _warn(doubts: list[str], result: EquilibriaResult) -> None:
     worst = max(lacking, key=lambda row: row.space_error.relative if row.space_error else 0.0, default=None)
     largest = next((doubt for doubt in doubts if worst is not None and doubt in worst.message), doubts[0])
     try:
-        warnings.warn(f"{len(doubts)} of {len(result)} rows: {largest}", AccuracyWarning, stacklevel=3)
+        warnings.warn(f"{len(doubts)} of {len(result)} rows: {largest}", AccuracyWarning, stacklevel=4)
     except AccuracyWarning as raised:  # where warnings are errors
         raised.result = result  # type: ignore[attr-defined]
         raise
@@ -258,7 +270,7 @@ def _count(models: list[Model], inputs: Array | None, starts: Array | None) -> i
     return next(iter(counts.values()), 1)
 
 
-def _collected(found: list[StaticsResult | None], n: int) -> EquilibriaResult:
+def _collected(found: list[StaticsResult | None], n: int, u: Array) -> EquilibriaResult:
     return EquilibriaResult(
         q=np.array([np.full(n, np.nan) if one is None else one.q for one in found]).reshape(len(found), n),
         success=np.array([one is not None and one.success for one in found]),
@@ -267,5 +279,6 @@ def _collected(found: list[StaticsResult | None], n: int) -> EquilibriaResult:
         is_stable=tuple(None if one is None else one.is_stable for one in found),
         residual_norm=np.array([np.nan if one is None else one.residual_norm for one in found]),
         nit=np.array([0 if one is None else one.nit for one in found]),
+        u=u,
         _rows=tuple(found),
     )

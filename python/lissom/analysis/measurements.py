@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from reprlib import repr
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import finite_array
-from ..common.arguments import number, sequence, suggesting
+from ..common.arguments import is_by_name, number, sequence, suggesting
+
+if TYPE_CHECKING:
+    from ..common.arguments import InputRows, Inputs
 
 Array = NDArray[np.float64]
 
@@ -30,8 +33,9 @@ class RecordedMotion:
         Increasing times, seconds, not before `t0` of `fit`.
     positions : array_like, shape (k, 3) or (k, places, 3)
         World positions of one or several points, metres.
-    u : array_like, shape (steps, inputs) or (inputs,), optional
-        Inputs of the motion, one row for each control step; by default the defaults of the inputs.
+    u : array_like, shape (steps, inputs) or (inputs,), or dicts, optional
+        Inputs of the motion, or some of them by name, one row for each control step; by default the defaults
+        of the inputs. Rows after the last time have no effect.
     control_step : float, optional
         For how long each row of `u` is held, seconds; by default the step `dt` of `fit`.
     q0, v0 : array_like, shape (n,), optional
@@ -52,7 +56,7 @@ class RecordedMotion:
 
     t: ArrayLike
     positions: ArrayLike
-    u: ArrayLike | None = None
+    u: InputRows | None = None
     control_step: float | None = None
     q0: ArrayLike | None = field(default=None, kw_only=True)
     v0: ArrayLike | None = field(default=None, kw_only=True)
@@ -79,7 +83,7 @@ class RecordedMotion:
         _set(self, t=times, positions=positions)
         for name in ("u", "q0", "v0"):
             given = getattr(self, name)
-            if given is not None:
+            if given is not None and not (name == "u" and is_by_name(given)):
                 _set(self, **{name: finite_array(given, name)})
         if self.control_step is not None and not 0.0 < number("control_step", self.control_step) < np.inf:
             raise ValueError(f"control_step: got {self.control_step!r}, expected a number of seconds > 0")
@@ -96,8 +100,8 @@ class StaticShapes:
     ----------
     positions : array_like, shape (k, 3) or (k, places, 3)
         World positions of one or several points in each of k equilibria, metres.
-    u : array_like, shape (k, m), optional
-        Inputs in each equilibrium; by default the defaults of the inputs.
+    u : array_like, shape (k, m), or dicts, optional
+        Inputs in each equilibrium, or some of them by name; by default the defaults of the inputs.
     places : sequence, optional
         Measured points, as for `fit`; by default those of `fit`.
     noise : float, optional
@@ -113,7 +117,7 @@ class StaticShapes:
     __module__ = "lissom"
 
     positions: ArrayLike
-    u: ArrayLike | None = None
+    u: InputRows | None = None
     places: Sequence[float | str | tuple[str, float]] | None = field(default=None, kw_only=True)
     noise: float | None = field(default=None, kw_only=True)
 
@@ -122,7 +126,7 @@ class StaticShapes:
         if positions.ndim not in (2, 3) or positions.shape[-1] != 3 or not positions.size:
             raise ValueError(f"positions: got shape {positions.shape}, expected (k, 3) or (k, places, 3)")
         _set(self, positions=positions)
-        if self.u is not None:
+        if self.u is not None and not is_by_name(self.u):
             u = finite_array(self.u, "u")
             if u.ndim != 2 or len(u) != len(positions):
                 raise ValueError(
@@ -142,8 +146,8 @@ class NaturalFrequencies:
     ----------
     values : array_like, shape (k,)
         The lowest k natural frequencies in increasing order, hertz.
-    u : array_like, shape (m,), optional
-        Inputs; by default their defaults.
+    u : array_like, shape (m,), or dict, optional
+        Inputs, or some of them by name; by default their defaults.
     noise : float, optional
         Standard deviation of the frequencies, hertz.
 
@@ -157,7 +161,7 @@ class NaturalFrequencies:
     __module__ = "lissom"
 
     values: ArrayLike
-    u: ArrayLike | None = None
+    u: Inputs | None = None
     noise: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -167,7 +171,7 @@ class NaturalFrequencies:
         if values[0] <= 0 or (np.diff(values) <= 0).any():
             raise ValueError(f"values: got {repr(values.tolist())}, expected frequencies > 0 that increase")
         _set(self, values=values)
-        if self.u is not None:
+        if self.u is not None and not is_by_name(self.u):
             _set(self, u=finite_array(self.u, "u"))
         check_noise(self.noise, "hertz")
 

@@ -9,12 +9,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Robot, finite_array
+from .._lissom import Robot, finite_array, inputs_by_name
 from ..common.arguments import keywords, number, sequence
 from .equilibria import OF_STATICS, differentiated, equilibrium_sensitivity, numbers_of
 from .measurements import OF_PLACES, NaturalFrequencies, RecordedMotion, StaticShapes
 from .parameters import START
-from .sensitivities import OF_SCHEME, OF_STEPS, sensitivity
+from .sensitivities import OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
 from .shorthand import shorthand
 
 Array = NDArray[np.float64]
@@ -266,7 +266,8 @@ def _one(model: Robot, data: Data, defaults: Defaults, options: Mapping[str, Any
             raise ValueError(
                 f"data: got {len(numbers)} frequencies, expected at most {model.n}, one of each coordinate"
             )
-        return OfFrequencies(numbers, None if data.u is None else np.asarray(data.u), q0, options, noise)
+        u = None if data.u is None else finite_array(inputs_by_name(data.u, [model]), "u")
+        return OfFrequencies(numbers, u, q0, options, noise)
     where = places_of(model, defaults.places if data.places is None else data.places)
     numbers = np.asarray(data.positions)
     if numbers.ndim == 2 and len(where) == 1:
@@ -275,7 +276,7 @@ def _one(model: Robot, data: Data, defaults: Defaults, options: Mapping[str, Any
     if numbers.shape != expected:
         raise ValueError(f"data: positions have shape {numbers.shape}, expected {expected}")
     if isinstance(data, StaticShapes):
-        inputs = [None] * len(numbers) if data.u is None else list(np.asarray(data.u))
+        inputs = _rows_of_inputs(model, data.u, len(numbers))
         return OfShapes(numbers, inputs, where, q0, options, noise)
     times = np.asarray(data.t)
     if times[0] < defaults.t0:
@@ -286,7 +287,26 @@ def _one(model: Robot, data: Data, defaults: Defaults, options: Mapping[str, Any
     v0 = _state(defaults.v0 if data.v0 is None else data.v0, model.n, "v0")
     own = {name: getattr(data, name) for name in ("u", "control_step") if getattr(data, name) is not None}
     given = {"t0": defaults.t0, "dt": defaults.dt, **options, **own}
+    if given.get("u") is not None:
+        u = finite_array(inputs_by_name(given["u"], [model]), "u")
+        given["u"] = _until(times[-1] - defaults.t0, u, given.get("control_step", given["dt"]))
     return OfMotion(numbers, times, where, q0, v0, given, noise)
+
+
+def _rows_of_inputs(model: Robot, u: Any, count: int) -> Sequence[Array | None]:
+    """Inputs of measured equilibria, of which each has a row."""
+    if u is None:
+        return [None] * count
+    rows = finite_array(inputs_by_name(u, [model]), "u")
+    if rows.ndim != 2 or len(rows) != count:
+        raise ValueError(f"u: got shape {rows.shape}, expected ({count}, m): inputs of every shape")
+    return list(rows)
+
+
+def _until(duration: float, u: Array, control_step: Any) -> Array:
+    """Inputs up to the last measured time: later ones have no effect."""
+    is_step = isinstance(control_step, int | float) and control_step > 0.0
+    return u[: number_of_control_steps(duration, control_step)] if u.ndim == 2 and is_step else u
 
 
 def places_of(model: Robot, places: Sequence[Any] | None) -> Places:

@@ -6,18 +6,21 @@ import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import LissomError, Model, Robot, finite_array, sensitivities, simulate
-from ..common.arguments import keywords, text
+from .._lissom import LissomError, Model, Robot, finite_array, inputs_by_name, sensitivities, simulate
+from ..common.arguments import keywords, suggesting, text
 from ..common.interruption import Keeping
 from ..methods import Newmark, Radau
 from .base import ParameterResult
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 from .shorthand import shorthand
+
+if TYPE_CHECKING:
+    from ..common.arguments import InputRows
 
 Array = NDArray[np.float64]
 
@@ -175,6 +178,7 @@ class SensitivityResult(ParameterResult):
         return times, cubic(self.q, self.v), cubic(self.dq, self.dv)
 
 
+@suggesting
 def sensitivity(
     model: Model,
     t_end: float,
@@ -183,7 +187,7 @@ def sensitivity(
     t0: float = 0.0,
     q0: ArrayLike | None = None,
     v0: ArrayLike | None = None,
-    u: ArrayLike | None = None,
+    u: InputRows | None = None,
     control_step: float | None = None,
     method: str | Newmark | Radau = "newmark",
     dt: float = 1e-2,
@@ -210,7 +214,7 @@ def sensitivity(
         a value that all segments share. All other numbers are held constant.
     t0, q0, v0 : optional
         As for `simulate`.
-    u : array_like, shape (inputs,) or (steps, inputs), optional
+    u : array_like, shape (inputs,) or (steps, inputs), or dicts, optional
         Inputs, constant for the whole run or one row per control step. By default the defaults of the inputs.
     control_step : float, optional
         Duration of a control step, seconds; by default `dt`.
@@ -364,7 +368,7 @@ def number_of_control_steps(duration: float, control_step: float) -> int:
 
 
 def _held(
-    model: Model, u: ArrayLike | None, control_step: float | None, duration: float, dt: float
+    model: Model, u: InputRows | None, control_step: float | None, duration: float, dt: float
 ) -> tuple[Array | None, float | None]:
     """Inputs of all control steps, and the duration of a control step."""
     if u is None:
@@ -378,7 +382,7 @@ def _held(
         raise ValueError(
             "u: this model has no inputs: leave `u` out, or give loads or actuators a lissom.Input"
         )
-    given = finite_array(u, "u")
+    given = finite_array(inputs_by_name(u, [model]), "u")
     if given.ndim == 1 and control_step is None:
         given, control_step = given[None], duration
     step = dt if control_step is None else control_step

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from ..analysis.contact_events import ContactEvent
     from ..analysis.peaks import Peak
+    from ..common.arguments import Inputs
     from ..drawing.live.server import LiveView
     from ..model.visuals import Visual
 
@@ -104,7 +105,7 @@ def _picture_statics(
     view: str | ArrayLike | None = None,
     width: float = 0.085,
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.figures import of_statics
@@ -173,7 +174,8 @@ def _pose(self: MotionResult, X: ArrayLike | None = None, *, link: str | None = 
     """
     if not isinstance(self.model, Robot):
         has = "no model" if self.model is None else f"a {type(self.model).__name__}"
-        raise ValueError(f"result: has {has}, which has no links, expected the result of a Robot or Rod")
+        expected = "the result of a Robot or Rod; coordinates are `q`"
+        raise ValueError(f"result: has {has}, which has no links, expected {expected}")
     return self.model.pose(self.q, X, link=link, t=self.t)
 
 
@@ -255,7 +257,7 @@ def _peaks(self: MotionResult) -> list[Peak]:
 
 
 def _peaks_statics(
-    self: StaticsResult, model: Model, *, t: float = 0.0, u: ArrayLike | None = None
+    self: StaticsResult, model: Model, *, t: float = 0.0, u: Inputs | None = None
 ) -> list[Peak]:
     """The largest curvatures, strains, stresses, forces and overlaps of the equilibrium, with their places.
 
@@ -267,7 +269,7 @@ def _peaks_statics(
         The model of the search.
     t : float
         Time of the loads, seconds, as in the search.
-    u : array_like, optional
+    u : array_like or dict, optional
         Inputs, as in the search.
 
     Returns
@@ -297,7 +299,7 @@ def _report_statics(
     *,
     title: str = "Equilibrium",
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.report import write_equilibrium
@@ -313,7 +315,7 @@ def _report_path(
     *,
     title: str = "Path of equilibria",
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.report import write_equilibrium
@@ -330,7 +332,7 @@ def _report_modes(
     *,
     title: str = "Natural modes",
     t: float = 0.0,
-    u: ArrayLike | None = None,
+    u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..common.arguments import vector
@@ -636,7 +638,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     own.__annotations__ = function.__annotations__
     own.__doc__ = text or function.__doc__
     own.__qualname__ = f"{owner.__name__}.{name}"
-    setattr(owner, name, suggesting(own) if own.__kwdefaults__ else own)
+    setattr(owner, name, suggesting(own))
 
 
 #: File formats of a motion or a shape as meshes.

@@ -76,8 +76,8 @@ model : Model
     Heading of the page.
 t : float
     Time at which time-dependent loads are shown, seconds.
-u : array_like, shape (m,), optional
-    Inputs; by default `u0` of the model{own}.
+u : array_like, shape (m,), or dict, optional
+    Inputs, or some of them by name; by default `u0` of the model{own}.
 visuals : sequence of Visual
     Meshes that stand for links.
 
@@ -153,6 +153,6 @@ TIMES = """times : array_like, optional
 """
 SETTING = """t : float
     Time at which the model is shown, seconds.
-u : array_like, shape (m,), optional
-    Inputs; by default `u0` of the model.
+u : array_like, shape (m,), or dict, optional
+    Inputs, or some of them by name; by default `u0` of the model.
 """

@@ -12,7 +12,13 @@ from .exits import FAILED
 from .saving import unwritten
 
 #: Descriptions of the templates, by the names of the files in ``templates``.
-KINDS = {"rod": "a clamped rod", "finger": "a finger with tendons", "robot": "links, joints and a motor"}
+KINDS = {
+    "rod": "a clamped rod",
+    "finger": "a finger with tendons",
+    "robot": "links, joints and a motor",
+    "cable": "a cable over a bar",
+    "catheter": "a catheter in a vessel",
+}
 
 #: The file that the first line of a scene points editors to.
 SCHEMA = "lissom-scene.schema.json"

@@ -13,8 +13,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import TypeAlias
+
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
+
+    #: Inputs of a model, or some of them by name.
+    Inputs: TypeAlias = ArrayLike | Mapping[str, ArrayLike]
+    #: The same for each row of many.
+    InputRows: TypeAlias = Inputs | Sequence[Mapping[str, ArrayLike]]
 
 
 def number(name: str, value: object) -> float:
@@ -69,25 +77,50 @@ def keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
         )
 
 
+def is_by_name(u: Any) -> bool:
+    """Whether inputs of rows are given by names, at least in one of them."""
+    return isinstance(u, dict) or (isinstance(u, list | tuple) and any(isinstance(row, dict) for row in u))
+
+
+def _stand_ins(function: str, given: Iterable[str], missing: Iterable[str]) -> None:
+    """Raise TypeError for a keyword argument that seems to stand for a missing argument."""
+    from .._lissom import meant
+
+    required = list(missing)
+    for name in given:
+        close = meant(name, required)
+        if close:
+            raise TypeError(
+                f"{function}() got an unexpected keyword argument {name!r}; did you mean '{close}'?"
+            )
+
+
 def suggesting(called: F) -> F:
-    """Let a function, or a class where it is called, refuse keyword arguments by `keywords`."""
+    """Let a function, or a class where it is called, refuse keyword arguments by `keywords`.
+
+    A function that passes further arguments on checks these itself; of it, those are refused that stand for
+    arguments it requires. Warnings of the function have one more frame to their caller.
+    """
     import functools
     import inspect
 
     function: Any = vars(called)["__init__"] if isinstance(called, type) else called
     shown = called.__qualname__
     parameters = inspect.signature(function).parameters.values()
-    if any(each.kind is each.VAR_KEYWORD for each in parameters):
-        return called
-    known = [
-        each.name for each in parameters if each.name != "self" and each.kind is not each.POSITIONAL_ONLY
-    ]
+    passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters)
+    named = [each for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
+    known = [each.name for each in named if each.name != "self"]
+    required = [each.name for each in named if each.default is each.empty]
     names = frozenset(known)
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
         if not names.issuperset(kwargs):
-            keywords(shown, kwargs, known)
+            if passes_on:
+                missing = [name for name in required[len(args) :] if name not in kwargs]
+                _stand_ins(shown, [name for name in kwargs if name not in names], missing)
+            else:
+                keywords(shown, kwargs, known)
         return function(*args, **kwargs)
 
     if isinstance(called, type):

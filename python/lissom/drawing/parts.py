@@ -83,7 +83,10 @@ def parts(
     sections that chords are not seen if they are to be smooth, and those of results otherwise.
     """
     links = [_smooth(link, q, t) for link in seen.links] if is_smooth else seen.links
-    tubes = [solids.tube(link, q, np.zeros_like(v), t, u, 0.0, _opacity(seen)) for link in links]
+    tubes = [
+        solids.tube(link, q, np.zeros_like(v), t, u, _least_radius(seen, link), _opacity(seen))
+        for link in links
+    ]
     bodies = [solids.ellipsoid(solid, q, t, _least(seen, solid.semi_axes)) for solid in seen.solids]
     pictured = visuals.meshes(seen.visuals, q, t)
     low, high = layers.extent([*tubes, *bodies, *pictured])
@@ -130,6 +133,11 @@ def _opacity(seen: View) -> float:
 def _least(seen: View, semi_axes: Array) -> float:
     """Bodies without a size are drawn as small balls, as in reports."""
     return 0.0 if np.all(semi_axes > 0.0) else 2.0 * drawing.LEAST_RADIUS * seen.size
+
+
+def _least_radius(seen: View, link: Link) -> float:
+    """Rods of given sections without inertia have no size, and are drawn thin, as in reports."""
+    return 0.0 if min(link.half_extents()) > 0.0 else drawing.LEAST_RADIUS * seen.size
 
 
 def _middle(shape: Obstacle) -> Array:

@@ -10,6 +10,7 @@ from gymnasium import Space
 from numpy.typing import NDArray
 
 from .._lissom import Simulation
+from ..common.arguments import suggesting
 from .task import (
     RENDER_MODES,
     Array,
@@ -24,6 +25,7 @@ from .task import (
 from .tasks import task_of
 
 
+@suggesting
 class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
     """A Gymnasium environment with one robot.
 

@@ -20,12 +20,14 @@ except ModuleNotFoundError as error:
         "lissom.gym.stable_baselines3 takes Stable-Baselines3: pip install 'lissom[learning]'"
     ) from error
 
+from ..common.arguments import suggesting
 from .task import Array, Randomise, Task
 from .vector import RobotVectorEnv
 
 __all__ = ["RobotVecEnv"]
 
 
+@suggesting
 class RobotVecEnv(VecEnv):
     """Many robots as a vector environment of Stable-Baselines3, stepped on all cores.
 

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
 from .._lissom import Robot, Simulations
-from ..common.arguments import whole
+from ..common.arguments import suggesting, whole
 from .task import (
     Array,
     Flags,
@@ -32,6 +32,7 @@ from .tasks import task_of
 Infos = dict[str, Any]
 
 
+@suggesting
 class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
     """A Gymnasium vector environment, stepped by `lissom.Simulations`.
 

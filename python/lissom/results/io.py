@@ -20,7 +20,7 @@ import numpy as np
 
 from .._lissom import __version__
 from ..common import disk
-from ..common.arguments import path_of
+from ..common.arguments import path_of, suggesting
 from ..common.extras import missing
 from . import records
 from .datasets import dataset
@@ -85,6 +85,7 @@ RESULTS = (
 )
 
 
+@suggesting
 def load(path: str | os.PathLike[str]) -> Result:
     """Load a result from a file written by its ``save`` method.
 

@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .._lissom import (
     AccuracyWarning,
@@ -22,6 +22,7 @@ from .._lissom import (
     Scene,
     StaticsResult,
     __version__,
+    inputs_by_name,
     modes,
     statics,
 )
@@ -33,6 +34,9 @@ from ..model.visuals import Visual
 from .files import imported, write_report, write_summary
 from .folders import MARK
 from .runs import instants
+
+if TYPE_CHECKING:
+    from ..common.arguments import Inputs
 
 Array = NDArray[np.float64]
 
@@ -113,9 +117,7 @@ def setting_of(scene: Scene) -> Setting:
     return Setting(scene.model, scene.simulation.t0, scene.model.u0)
 
 
-def setting_for(
-    model: Model, n: int, t: float, u: ArrayLike | None, visuals: Sequence[Visual] = ()
-) -> Setting:
+def setting_for(model: Model, n: int, t: float, u: Inputs | None, visuals: Sequence[Visual] = ()) -> Setting:
     """The model given for a result with ``n`` coordinates, validated."""
     if not isinstance(model, Model):
         raise TypeError(f"model: a {type(model).__name__} is not a model")
@@ -125,7 +127,8 @@ def setting_for(
     if not np.isfinite(t):
         raise ValueError(f"t: got {t}, expected a finite number (seconds)")
     u0 = model.u0
-    return Setting(model, float(t), u0 if u is None else vector("u", u, len(u0)), visuals)
+    held = u0 if u is None else vector("u", inputs_by_name(u, [model]), len(u0))
+    return Setting(model, float(t), held, visuals)
 
 
 def outcome_of(found: StaticsResult) -> str:

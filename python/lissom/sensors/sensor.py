@@ -7,17 +7,20 @@ import re
 from abc import ABC, abstractmethod
 from dataclasses import KW_ONLY, dataclass, field
 from reprlib import repr
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 from zlib import crc32
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Robot, finite_array
+from .._lissom import Robot, finite_array, inputs_by_name
 from ..common.arguments import text, whole
 from . import states
 from .line import Line
 from .states import States
+
+if TYPE_CHECKING:
+    from ..common.arguments import InputRows, Inputs
 
 Array = NDArray[np.float64]
 
@@ -108,7 +111,7 @@ class Sensor(ABC):
         q: ArrayLike,
         v: ArrayLike | None = None,
         a: ArrayLike | None = None,
-        u: ArrayLike | None = None,
+        u: Inputs | None = None,
     ) -> Array:
         """Ideal measurement: without noise, bias, sampling and delay.
 
@@ -118,8 +121,8 @@ class Sensor(ABC):
             Time of the state, or of each of the k states, seconds.
         q, v, a : array_like, shape (n,) or (k, n)
             Coordinates, velocities and accelerations, as far as the sensor needs them.
-        u : array_like, shape (m,) or (k, m), optional
-            Inputs of the robot.
+        u : array_like, shape (m,) or (k, m), or dict, optional
+            Inputs of the robot, or some of them by name.
 
         Returns
         -------
@@ -140,7 +143,7 @@ class Sensor(ABC):
         q: ArrayLike,
         v: ArrayLike | None = None,
         a: ArrayLike | None = None,
-        u: ArrayLike | None = None,
+        u: Inputs | None = None,
     ) -> Array:
         """Current reading of the sensor, for use in a loop.
 
@@ -151,8 +154,8 @@ class Sensor(ABC):
             first one.
         q, v, a : array_like, shape (n,)
             Coordinates, velocities and accelerations, as far as the sensor needs them.
-        u : array_like, shape (m,), optional
-            Inputs of the robot.
+        u : array_like, shape (m,), or dict, optional
+            Inputs of the robot, or some of them by name.
 
         Returns
         -------
@@ -189,7 +192,7 @@ class Sensor(ABC):
         """
         return self.read(**self._parts(simulation, "simulation"))
 
-    def record(self, result: Any, u: ArrayLike | None = None) -> Array:
+    def record(self, result: Any, u: InputRows | None = None) -> Array:
         """Readings of a new copy of this sensor at each time of a finished run.
 
         The state of this sensor does not change. Without a `rate`, this takes one evaluation per time, all in
@@ -200,8 +203,8 @@ class Sensor(ABC):
         result : MotionResult
             Result of `lissom.simulate` with this robot, or another object with `t` (k,), `q`, `v` and `a`
             (k, n), as far as the sensor needs them.
-        u : array_like, shape (m,) or (k, m), optional
-            Inputs of the robot; by default those of the result, if it has any.
+        u : array_like, shape (m,) or (k, m), or dict, optional
+            Inputs of the robot, or some of them by name; by default those of the result, if it has any.
 
         Returns
         -------
@@ -290,7 +293,9 @@ class Sensor(ABC):
     def _new_random(self) -> np.random.Generator:
         return np.random.default_rng([self.seed, crc32(self.name.encode(errors="surrogatepass"))])
 
-    def _states(self, **given: ArrayLike | None) -> tuple[States, bool]:
+    def _states(self, **given: Any) -> tuple[States, bool]:
+        if given.get("u") is not None:
+            given["u"] = inputs_by_name(given["u"], [self.robot])
         return states.of(self.robot.n, self.NEEDS, self.name, **given)
 
     def _parts(self, source: Any, name: str) -> dict[str, Any]:

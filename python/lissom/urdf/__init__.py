@@ -168,6 +168,7 @@ def _check_stiffness(limit_stiffness: float | None) -> None:
         Revolute((1.0, 0.0, 0.0), limits=(-1.0, 1.0), limit_stiffness=limit_stiffness)
 
 
+@suggesting
 def robot_from_urdf(
     path: str | os.PathLike[str],
     *,
@@ -214,7 +215,7 @@ def robot_from_urdf(
     """
     imported = read_urdf(path, floating=floating, limit_stiffness=limit_stiffness, mend_inertia=mend_inertia)
     if imported.not_taken:
-        warnings.warn(str(imported), UrdfWarning, stacklevel=2)
+        warnings.warn(str(imported), UrdfWarning, stacklevel=3)
     if imported.loops:
         others["loops"] = [*imported.loops, *others.get("loops", ())]
     return Robot([*imported.links, *links], gravity=gravity, **others)

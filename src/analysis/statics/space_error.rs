@@ -103,6 +103,8 @@ pub struct SpaceError {
     pub estimate: Estimate,
     /// Whether more modes of this segment help; otherwise it should be divided.
     pub is_helped_by_modes: bool,
+    /// Deflection that rigid shear leaves out of this segment's rod, over that by bending ([`MissingStrain::rigid_shear`]).
+    pub rigid_shear: f64,
 }
 
 impl SpaceError {
@@ -117,9 +119,17 @@ impl SpaceError {
             };
             let percent = 100.0 * relative;
             let digits = usize::from(percent < 10.0);
+            let shear = match self.rigid_shear {
+                added if added > LARGE => format!(
+                    " Shear has no modes there and is not counted: in so thick a rod it would add {:.0} % to the deflection under a force \
+                     at the tip.",
+                    100.0 * added
+                ),
+                _ => String::new(),
+            };
             format!(
                 "The finite number of modes leaves an error of about {percent:.digits$} % of the length ({tip:.1e} m at the tip). Most \
-                 of it is due to {strain} of {name}: {cure}."
+                 of it is due to {strain} of {name}: {cure}.{shear}"
             )
         })
     }
@@ -176,6 +186,7 @@ pub fn space_error<M: Model + Clone>(
         strain: STRAIN_NAMES[missing.strain],
         estimate,
         is_helped_by_modes,
+        rigid_shear: missing.rigid_shear,
     }))
 }
 

@@ -31,7 +31,10 @@ pub(super) fn closed(model: &mut dyn Static, q0: &[f64]) -> Result<Vec<f64>, Inv
     match model.open_loop(&q) {
         None => Ok(q),
         Some(invalid_shape) => {
-            let found = format_args!("a start that {invalid_shape} and could not be closed");
+            let found = format_args!(
+                "a start that {} and could not be closed",
+                invalid_shape.with_loops(&model.facts().loops)
+            );
             let expected =
                 "a start closer to a closed shape; if there is none, loops that do not contradict each other";
             Err(InvalidInput::new("q0", found, expected))

@@ -85,6 +85,8 @@ pub struct Facts {
     /// Number of leading segments whose lengths affect nothing except their rods: all segments, or none if
     /// other quantities depend on a length, such as the place of a load inside a rod.
     pub free_lengths: usize,
+    /// What each closed loop joins, in words for messages.
+    pub loops: Vec<String>,
 }
 
 impl Facts {
@@ -126,6 +128,7 @@ impl Facts {
             length_tendons: 0,
             section_places: Vec::new(),
             free_lengths: 0,
+            loops: Vec::new(),
         }
     }
 

@@ -36,8 +36,10 @@ pub enum InvalidShape {
     Open {
         /// The violated constraint.
         constraint: Constraint,
-        /// Size of the gap: metres, or a difference of cosines.
+        /// Size of the gap.
         gap: f64,
+        /// Whether it is in metres; otherwise it is a difference of cosines, or of coordinates.
+        is_length: bool,
     },
     /// Surfaces overlap by more than a radius, or have passed through each other.
     DeepPenetration {
@@ -57,6 +59,18 @@ pub enum Constraint {
     Tendon(usize),
 }
 
+impl InvalidShape {
+    /// In words, with what an open loop joins: `loops` has that of each loop ([`Facts::loops`](crate::model::Facts::loops)).
+    pub fn with_loops(&self, loops: &[String]) -> String {
+        match *self {
+            Self::Open { constraint: Constraint::Loop(closed), .. } if closed < loops.len() => {
+                format!("{self} between {}", loops[closed])
+            }
+            _ => self.to_string(),
+        }
+    }
+}
+
 impl std::fmt::Display for InvalidShape {
     /// Describes the problem of the rod.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -70,10 +84,11 @@ impl std::fmt::Display for InvalidShape {
             Self::Collapsed { actuator } => {
                 write!(f, "has two points that its tendon number {} has pulled together", actuator + 1)
             }
-            Self::Open { constraint: Constraint::Loop(closed), gap } => {
-                write!(f, "has an open loop: loops[{closed}] misses by {}", Rounded(gap))
+            Self::Open { constraint: Constraint::Loop(closed), gap, is_length } => {
+                let unit = if is_length { " m" } else { "" };
+                write!(f, "has an open loop: loops[{closed}] misses by {}{unit}", Rounded(gap))
             }
-            Self::Open { constraint: Constraint::Tendon(actuator), gap } => {
+            Self::Open { constraint: Constraint::Tendon(actuator), gap, .. } => {
                 write!(f, "has a tendon that is too long: actuators[{actuator}] by {} m", Rounded(gap))
             }
             Self::DeepPenetration { contact, overlap } => {

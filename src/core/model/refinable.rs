@@ -19,6 +19,9 @@ pub struct MissingStrain {
     pub segment: usize,
     /// See `segment`.
     pub strain: usize,
+    /// Deflection by shear, of a cantilever with the sections of this segment and the length of its rod under a force at the tip, over that
+    /// by bending: zero where shear has modes, otherwise what they leave out.
+    pub rigid_shear: f64,
 }
 
 /// A finite number of modes and quadrature nodes.

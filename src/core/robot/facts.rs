@@ -8,6 +8,7 @@ use super::turning::Turning;
 use crate::model::{Constraint, Facts};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::contact::Contact;
+use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
 
 /// Facts of a compiled robot.
 pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Coordinates) -> Facts {
@@ -57,6 +58,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         // Moment and force of every support, in the axes of the base.
         springs: 6 * robot.supports.len(),
         length_tendons: sweeps.length_tendons().count(),
+        loops: robot.loops.iter().map(|closed| joined_by(robot, closed)).collect(),
         section_places: if are_sections_separate { sweeps.section_places() } else { Vec::new() },
         free_lengths: if are_lengths_free { sweeps.free_lengths() } else { 0 },
     }
@@ -69,4 +71,19 @@ fn sticking_time(robot: &Robot) -> f64 {
         Some(contact.stribeck_velocity / (at_rest * weight))
     };
     robot.contacts.iter().filter_map(time_of).fold(f64::INFINITY, f64::min)
+}
+
+/// What a loop joins, in words.
+fn joined_by(robot: &Robot, closed: &Loop) -> String {
+    let of_end = |end: &LoopEnd| match end.link {
+        Some(link) => format!("\"{}\"", robot.links[link].name),
+        None => "the world".to_owned(),
+    };
+    match &closed.tie {
+        Tie::Joint { ends, .. } | Tie::Distance { ends, .. } => ends.each_ref().map(of_end).join(" and "),
+        Tie::Coordinates { coordinates, .. } => {
+            let names = robot.coordinate_names();
+            coordinates.map(|coordinate| format!("\"{}\"", names[coordinate])).join(" and ")
+        }
+    }
 }

@@ -4,8 +4,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::super::convert::{self, Numbers};
+use super::super::inputs::numbered;
 use super::super::rows::Vectors;
-use super::models::Count;
+use super::models::{Count, Models};
 use crate::integrators::second_order::number_of_steps;
 use crate::simulation::methods::Configuration;
 
@@ -19,7 +20,7 @@ pub(super) enum Inputs {
 impl Inputs {
     pub(super) fn of(
         given: Option<&Bound<'_, PyAny>>,
-        width: usize,
+        models: &Models,
         control_step: Option<f64>,
         ((t0, t_end), dt): ((f64, f64), f64),
         configuration: &Configuration,
@@ -32,6 +33,8 @@ impl Inputs {
             ))),
         };
         let Some(given) = given else { return no_steps(control_step).map(|()| Self::Defaults) };
+        let (names, held) = (models.first().input_names(), models.default_inputs());
+        let width = names.len();
         if width == 0 {
             return Err(PyValueError::new_err(
                 "u: this model has no inputs: leave `u` out, or give loads or actuators a lissom.Input",
@@ -42,6 +45,7 @@ impl Inputs {
                 "u: the method \"auto\" uses the default inputs: leave `u` out, or choose another method",
             ));
         }
+        let given = &numbered(given, &names, &held, "u")?;
         let of_three = convert::numbers(given, "u", "an array of real numbers, of one to three dimensions")?;
         let Numbers { values, shape } = of_three;
         let [rows, steps, inputs] = shape[..] else {

@@ -28,7 +28,7 @@ use super::rows::{of_row, threads};
 use super::simulate::{MethodOf, OptionArguments, method, needs_damping, with_python_names};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::Parameters;
-use crate::python::words::{no_others, required};
+use crate::python::words::required;
 use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Ensemble, Keep, Monitor, Outcome, Size};
 use crate::simulation::time_limit::TimeLimit;
@@ -54,9 +54,10 @@ pub(super) use self::result::PyEnsembleResult;
 /// q0, v0 : array_like, shape (n,) or (count, n), optional
 ///     Initial coordinates and velocities for all rows or one row each; by default zero. The models, `q0`, `v0` and `u` must
 ///     agree in their number of rows.
-/// u : array_like, shape (inputs,), (count, inputs) or (count, steps, inputs), optional
+/// u : array_like, shape (inputs,), (count, inputs) or (count, steps, inputs), or dict, optional
 ///     Inputs of the models: constant during the run, for all rows or one row each; or for each row one set per control step,
-///     starting at `t0`. By default the defaults of the inputs.
+///     starting at `t0`. By default the defaults of the inputs. Some of them by name: a dict for each row, or one dict whose values
+///     have rows, such as ``{"pull": [1, 2, 3]}``.
 /// control_step : float, optional
 ///     Duration of a control step, seconds; by default `dt`. Not accepted for constant inputs.
 /// workers : int, optional
@@ -107,7 +108,7 @@ pub(super) use self::result::PyEnsembleResult;
 #[pyfunction]
 #[pyo3(
     signature = (
-        model, t_end=None, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
+        model=None, t_end=None, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
         places=None, memory_limit=MEMORY_LIMIT, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
         gamma=None, alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_steps=None, predictor=None,
         reuse_jacobian=None, max_seconds=None, **others
@@ -119,7 +120,7 @@ pub(super) use self::result::PyEnsembleResult;
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate_many<'py>(
-    model: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
@@ -150,8 +151,7 @@ pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyEnsembleResult> {
-    no_others("simulate_many", others)?;
-    let t_end = required(t_end, "simulate_many", "positional", "t_end")?;
+    let (model, t_end) = required!("simulate_many", others, model, t_end);
     let (py, keep, workers) = (model.py(), keep_of(keep)?, threads(workers)?);
     let models = Models::of(model)?;
     let first = models.first();
@@ -175,7 +175,7 @@ pub(crate) fn simulate_many<'py>(
     .configuration(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));
     let (q0, v0) = (count.vectors(q0, n, "q0")?, count.vectors(v0, n, "v0")?);
-    let inputs_of_rows = Inputs::of(u, inputs, control_step, (t_span, dt), &configuration, &mut count)?;
+    let inputs_of_rows = Inputs::of(u, &models, control_step, (t_span, dt), &configuration, &mut count)?;
     let count = count.0.map_or(1, |(rows, _)| rows);
     let mut rows = Rows {
         models,

@@ -37,6 +37,14 @@ impl Models {
         self.of_row(0).get()
     }
 
+    /// Default inputs of the model of all rows, or of that of each.
+    pub(super) fn default_inputs(&self) -> Vec<Vec<f64>> {
+        match self {
+            Self::One(model) => vec![model.get().default_inputs()],
+            Self::Each(models) => models.iter().map(|model| model.get().default_inputs()).collect(),
+        }
+    }
+
     pub(super) fn of_row(&self, row: usize) -> &Py<PyModel> {
         match self {
             Self::One(model) => model,

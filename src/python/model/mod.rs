@@ -15,12 +15,12 @@ use super::arguments;
 use super::callback::or_raised;
 use super::convert;
 use super::errors::{LissomError, OrRaise as _, check_finite};
-use super::inputs::{mapping_of, named};
+use super::inputs::{mapping_of, set_named};
 use crate::analysis::weakly_active;
 use crate::description::signal::covers;
 use crate::model::{ForwardScratch, SingularMass};
 use crate::numerics::linalg::Matrix;
-use crate::python::words::no_others;
+use crate::python::words::required;
 use crate::robot::{Robot, RobotModel};
 
 pub(super) use self::energy::PyEnergy;
@@ -149,7 +149,8 @@ impl PyModel {
     /// Values for all inputs, from an array or from a mapping of names; the default of an input that the mapping leaves out.
     pub(super) fn inputs_of(&self, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
         if let Some(mapping) = mapping_of(u) {
-            return named(mapping, &self.input_names(), self.default_inputs());
+            let mut inputs = self.default_inputs();
+            return set_named(mapping, &self.input_names(), &mut inputs, "u").map(|()| inputs);
         }
         convert::finite_vector_of(u, self.memory().model.facts().inputs(), "u")
     }
@@ -224,20 +225,20 @@ impl PyModel {
     /// dtau_du : ndarray, shape (n, m)
     ///     Derivatives of the generalised forces. A small change of the inputs changes the accelerations by
     ///     ``-solve(mass_matrix(q), dtau_du @ change)``.
-    #[pyo3(signature = (q, qd=None, qdd=None, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd=None, qdd=None, *, t=None, u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn input_tangent<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         qd: Option<&Bound<'py, PyAny>>,
         qdd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        no_others("Model.input_tangent", others)?;
+        let q = required!("Model.input_tangent", others, q);
         let q = self.state(q, "q")?;
         let or_zero = |value: Option<&Bound<'_, PyAny>>, name| {
             value.map_or_else(|| Ok(vec![0.0; self.n]), |value| self.state(value, name))
@@ -284,20 +285,20 @@ impl PyModel {
     /// Returns
     /// -------
     /// tau : ndarray, shape (n,)
-    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, t=None, u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        no_others("Model.inverse_dynamics", others)?;
+        let (q, qd, qdd) = required!("Model.inverse_dynamics", others, q, qd, qdd);
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tau = vec![0.0; self.n];
         self.at(t, u, |memory| memory.model.inverse_dynamics(&q, &qd, &qdd, &mut tau))?;
@@ -318,16 +319,16 @@ impl PyModel {
     /// -------
     /// mass : ndarray, shape (n, n)
     ///     Symmetric and positive definite (up to rounding), except at singularities of the coordinates.
-    #[pyo3(signature = (q, *, t=None, **others),
+    #[pyo3(signature = (q=None, *, t=None, **others),
            text_signature = "($self, q, *, t=None)")]
     fn mass_matrix<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        no_others("Model.mass_matrix", others)?;
+        let q = required!("Model.mass_matrix", others, q);
         let q = self.state(q, "q")?;
         let mut mass = Matrix::zeros(self.n, self.n);
         if t.is_some() {
@@ -364,18 +365,18 @@ impl PyModel {
     /// ------
     /// LissomError
     ///     If the mass matrix is not positive definite.
-    #[pyo3(signature = (q, qd, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, *, t=None, u=None)")]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        no_others("Model.forward_dynamics", others)?;
+        let (q, qd) = required!("Model.forward_dynamics", others, q, qd);
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let mut qdd = vec![0.0; self.n];
         let found = self.at(t, u, |memory| memory.forward_dynamics(&q, &qd, &mut qdd))?;
@@ -404,21 +405,21 @@ impl PyModel {
     /// -------
     /// dtau_dq, dtau_dqd, dtau_dqdd : ndarray, shape (n, n)
     ///     ``dtau_dq[i, j]`` is the derivative of ``tau[i]`` with respect to ``q[j]``. The last one is the mass matrix.
-    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, t=None, u=None)")]
     #[allow(clippy::type_complexity, reason = "the type is the documentation: three (n, n) arrays")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn tangent<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
-        no_others("Model.tangent", others)?;
+        let (q, qd, qdd) = required!("Model.tangent", others, q, qd, qdd);
         let (q, qd, qdd) = (self.state(q, "q")?, self.state(qd, "qd")?, self.state(qdd, "qdd")?);
         let mut tangents = self.at(t, u, |memory| {
             [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|weights| {
@@ -468,17 +469,17 @@ impl PyModel {
     /// -------
     /// energy : Energy
     ///     In joules: ``kinetic``, ``elastic``, ``gravitational``, ``loads`` and their sum ``total``.
-    #[pyo3(signature = (q, qd, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, *, t=None, u=None)")]
     fn energy(
         &self,
-        q: &Bound<'_, PyAny>,
-        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyEnergy> {
-        no_others("Model.energy", others)?;
+        let (q, qd) = required!("Model.energy", others, q, qd);
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let energy = self.at(t, u, |memory| memory.model.energy(&q, &qd))?;
         check_finite(&[energy.total()], "energy")?;
@@ -501,17 +502,17 @@ impl PyModel {
     /// -------
     /// power : float
     ///     Dissipated power, watts, >= 0.
-    #[pyo3(signature = (q, qd, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, *, t=None, u=None)")]
     fn dissipated_power(
         &self,
-        q: &Bound<'_, PyAny>,
-        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<f64> {
-        no_others("Model.dissipated_power", others)?;
+        let (q, qd) = required!("Model.dissipated_power", others, q, qd);
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let power = self.at(t, u, |memory| memory.model.dissipated_power(&q, &qd))?;
         check_finite(&[power], "dissipated_power")?;
@@ -537,18 +538,18 @@ impl PyModel {
     /// -------
     /// power : float
     ///     Supplied power, watts.
-    #[pyo3(signature = (q, qd, qdd=None, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd=None, *, t=None, u=None)")]
     fn supplied_power(
         &self,
-        q: &Bound<'_, PyAny>,
-        qd: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'_, PyAny>>,
         qdd: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         u: Option<&Bound<'_, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<f64> {
-        no_others("Model.supplied_power", others)?;
+        let (q, qd) = required!("Model.supplied_power", others, q, qd);
         let qdd = qdd.map(|qdd| self.state(qdd, "qdd")).transpose()?;
         let (q, qd) = (self.state(q, "q")?, self.state(qd, "qd")?);
         let power = self.at(t, u, |memory| {

@@ -75,9 +75,11 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
         self.energy()
     }
     fn explain(&mut self, status: Status) -> String {
+        // First, while the model is where the step failed.
+        let explained = self.explain(status);
         let doubt = self.doubt().map_or_else(String::new, |doubt| format!(" {doubt}"));
         let of_contact = self.advice_at_end(status, None);
-        self.explain(status) + &of_contact + &slack_now(self) + &doubt
+        explained + &of_contact + &slack_now(self) + &doubt
     }
     fn doubt(&mut self) -> Option<String> {
         self.doubt()

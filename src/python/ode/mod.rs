@@ -21,7 +21,7 @@ use super::convert;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode::{Event, Options, Output, Solution, Stepper, solve};
 use crate::python::errors::OrRaise as _;
-use crate::python::words::no_others;
+use crate::python::words::required;
 use function::Function;
 use system::{Parts, PySystem, SharedRaised};
 
@@ -113,7 +113,7 @@ use system::{Parts, PySystem, SharedRaised};
 #[pyfunction]
 #[pyo3(
     signature = (
-        fun, t_span, y0, method=None, t_eval=None, dense_output=false, events=None, vectorized=false, args=None, *,
+        fun=None, t_span=None, y0=None, method=None, t_eval=None, dense_output=false, events=None, vectorized=false, args=None, *,
         rtol=None, atol=None, first_step=None, max_step=None, min_step=0.0, max_steps=None, jac=None,
         jac_sparsity=None, controller="I", event_samples=None, callback=None, **others
     ),
@@ -124,9 +124,9 @@ use system::{Parts, PySystem, SharedRaised};
 #[allow(clippy::too_many_arguments, reason = "the signature of scipy.integrate.solve_ivp")]
 pub(super) fn solve_ivp<'py>(
     py: Python<'py>,
-    fun: &Bound<'py, PyAny>,
-    t_span: &Bound<'py, PyAny>,
-    y0: &Bound<'py, PyAny>,
+    #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] t_span: Option<&Bound<'py, PyAny>>,
+    #[pyo3(from_py_with = arguments::given)] y0: Option<&Bound<'py, PyAny>>,
     method: Option<&Bound<'py, PyAny>>,
     t_eval: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::flag::dense_output)] dense_output: bool,
@@ -146,7 +146,7 @@ pub(super) fn solve_ivp<'py>(
     #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyOdeResult> {
-    no_others("solve_ivp", others)?;
+    let (fun, t_span, y0) = required!("solve_ivp", others, fun, t_span, y0);
     let t_span = interval(t_span)?;
     let y0 = options::initial_state(y0)?;
     let default = PyString::new(py, "rk45").into_any();

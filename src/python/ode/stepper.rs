@@ -6,6 +6,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use super::super::arguments;
 use super::options;
@@ -14,6 +15,7 @@ use super::system::{Parts, PySystem, SharedRaised};
 use crate::integrators::ode::{FirstOrderSystem, Method, Options, Status, Stepper, tableau};
 use crate::python::convert;
 use crate::python::errors::OrRaise as _;
+use crate::python::words::required;
 
 /// A step-by-step integration: the base class of `RK45`, `DOP853` and `Radau`.
 ///
@@ -386,24 +388,24 @@ pub(crate) struct PyDop853;
 pub(crate) struct PyRadau;
 
 macro_rules! explicit_solver {
-    ($class:ident, $method:expr) => {
+    ($class:ident, $name:literal, $method:expr) => {
         #[pymethods]
         impl $class {
             #[new]
             #[pyo3(
                 signature = (
-                    fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None,
-                    max_step=None, min_step=0.0, max_steps=None, vectorized=false, controller="I"
+                    fun=None, t0=None, y0=None, t_bound=None, *, args=None, rtol=None, atol=None, first_step=None,
+                    max_step=None, min_step=0.0, max_steps=None, vectorized=false, controller="I", **others
                 ),
                 text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, \
                                   max_step=None, min_step=0.0, max_steps=None, vectorized=False, controller='I')"
             )]
             #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
             fn new(
-                fun: &Bound<'_, PyAny>,
-                #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
-                y0: &Bound<'_, PyAny>,
-                #[pyo3(from_py_with = arguments::number::t_bound)] t_bound: f64,
+                #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'_, PyAny>>,
+                #[pyo3(from_py_with = arguments::given_number::t0)] t0: Option<f64>,
+                #[pyo3(from_py_with = arguments::given)] y0: Option<&Bound<'_, PyAny>>,
+                #[pyo3(from_py_with = arguments::given_number::t_bound)] t_bound: Option<f64>,
                 args: Option<&Bound<'_, PyAny>>,
                 rtol: Option<&Bound<'_, PyAny>>,
                 atol: Option<&Bound<'_, PyAny>>,
@@ -413,7 +415,9 @@ macro_rules! explicit_solver {
                 #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
                 #[pyo3(from_py_with = arguments::flag::vectorized)] vectorized: bool,
                 #[pyo3(from_py_with = arguments::text::controller)] controller: &str,
+                others: Option<&Bound<'_, PyDict>>,
             ) -> PyResult<PyClassInitializer<Self>> {
+                let (fun, t0, y0, t_bound) = required!($name, others, fun, t0, y0, t_bound);
                 let options = Options {
                     method: $method,
                     first_step,
@@ -452,26 +456,26 @@ macro_rules! explicit_solver {
         }
     };
 }
-explicit_solver!(PyRk45, Method::Rk45);
-explicit_solver!(PyDop853, Method::Dop853);
+explicit_solver!(PyRk45, "RK45", Method::Rk45);
+explicit_solver!(PyDop853, "DOP853", Method::Dop853);
 
 #[pymethods]
 impl PyRadau {
     #[new]
     #[pyo3(
         signature = (
-            fun, t0, y0, t_bound, *, args=None, rtol=None, atol=None, first_step=None, max_step=None,
-            min_step=0.0, max_steps=None, vectorized=false, jac=None, jac_sparsity=None
+            fun=None, t0=None, y0=None, t_bound=None, *, args=None, rtol=None, atol=None, first_step=None, max_step=None,
+            min_step=0.0, max_steps=None, vectorized=false, jac=None, jac_sparsity=None, **others
         ),
         text_signature = "(fun, t0, y0, t_bound, *, args=None, rtol=0.001, atol=1e-06, first_step=None, max_step=None, \
                           min_step=0.0, max_steps=None, vectorized=False, jac=None, jac_sparsity=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
-        fun: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
-        y0: &Bound<'_, PyAny>,
-        #[pyo3(from_py_with = arguments::number::t_bound)] t_bound: f64,
+        #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = arguments::given_number::t0)] t0: Option<f64>,
+        #[pyo3(from_py_with = arguments::given)] y0: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = arguments::given_number::t_bound)] t_bound: Option<f64>,
         args: Option<&Bound<'_, PyAny>>,
         rtol: Option<&Bound<'_, PyAny>>,
         atol: Option<&Bound<'_, PyAny>>,
@@ -482,7 +486,9 @@ impl PyRadau {
         #[pyo3(from_py_with = arguments::flag::vectorized)] vectorized: bool,
         jac: Option<&Bound<'_, PyAny>>,
         jac_sparsity: Option<&Bound<'_, PyAny>>,
+        others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyClassInitializer<Self>> {
+        let (fun, t0, y0, t_bound) = required!("Radau", others, fun, t0, y0, t_bound);
         let options = Options {
             method: Method::Radau,
             first_step,

@@ -14,6 +14,7 @@ use crate::python::convert;
 use crate::python::errors::at_place;
 use crate::python::profile::{self, along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
+use crate::python::words::no_missing;
 use crate::robot::effects::actuator::AlongRod;
 
 /// The arguments of a call, by the fields of the part. None may select a default that is not a number.
@@ -27,8 +28,12 @@ pub(super) fn arguments(
     let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
     let mut given: Vec<Option<Bound<'_, PyAny>>> = vec![None; schema.fields.len()];
     if args.len() > schema.positional {
+        let known = schema.names().collect::<Vec<_>>().join(", ");
         let (most, given) = (schema.positional, args.len());
-        return Err(refuse(format!("takes {most} positional arguments but {given} were given")));
+        return Err(refuse(match most {
+            0 => format!("takes no positional arguments: give them by name, of {known}"),
+            _ => format!("takes {most} positional arguments but {given} were given, expected {known}"),
+        }));
     }
     for (given, object) in given.iter_mut().zip(args.iter()) {
         *given = Some(object);
@@ -47,11 +52,9 @@ pub(super) fn arguments(
         }
     }
     let fields = schema.fields.iter().zip(&given);
-    let missing = fields.filter(|(field, object)| object.is_none() && field.is_required());
-    let missing: Vec<_> = missing.map(|(field, _)| format!("'{}'", field.name)).collect();
-    if !missing.is_empty() {
-        return Err(refuse(format!("missing required arguments: {}", missing.join(", "))));
-    }
+    let of_field =
+        |(field, object): (&Field, &Option<_>)| (field.name, object.is_none() && field.is_required());
+    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>())?;
     let length = || length_of(schema, &given);
     let mut values = vec![None; given.len()];
     for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {

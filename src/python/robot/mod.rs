@@ -24,7 +24,7 @@ use super::part::{model_of, new_arguments, resolved};
 use super::reach::{PyReachResult, ReachArguments};
 use super::signal::Functions;
 use crate::python::errors::OrRaise as _;
-use crate::python::words::no_others;
+use crate::python::words::required;
 use crate::robot::{Kernel, Multiplications, Robot, described};
 
 pub(super) use self::class::{PyRobot, describe_class};
@@ -85,13 +85,12 @@ impl PyRobot {
     /// UrdfWarning
     ///     If the file has content that the robot does not include.
     #[staticmethod]
-    #[pyo3(signature = (path, **options))]
+    #[pyo3(signature = (*args, **options), text_signature = "(path, **options)")]
     fn from_urdf<'py>(
-        path: &Bound<'py, PyAny>,
+        args: &Bound<'py, PyTuple>,
         options: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let module = path.py().import("lissom.urdf")?;
-        module.getattr("robot_from_urdf")?.call((path,), options)
+        args.py().import("lissom.urdf")?.getattr("robot_from_urdf")?.call(args, options)
     }
 
     /// Names of the coordinates: the name of the link, a dot, and the name of the coordinate within the link.
@@ -162,16 +161,16 @@ impl PyRobot {
     /// length : float, or ndarray of shape (k,)
     ///     Metres for a tendon, cubic metres for a chamber, radians or metres for a motor. For an active strain, the generalised
     ///     displacement conjugate to its amount, joules for an amount of one.
-    #[pyo3(signature = (name, q, *, t=None, **others),
+    #[pyo3(signature = (name=None, q=None, *, t=None, **others),
            text_signature = "($self, name, q, *, t=None)")]
     fn actuator_length<'py>(
         &self,
-        #[pyo3(from_py_with = arguments::text::name)] name: &str,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given_text::name)] name: Option<&str>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.actuator_length", others)?;
+        let (name, q) = required!("Robot.actuator_length", others, name, q);
         actuators::length(self, name, q, t)
     }
 
@@ -190,17 +189,17 @@ impl PyRobot {
     /// -------
     /// rate : float, or ndarray of shape (k,)
     ///     Unit of `actuator_length` per second.
-    #[pyo3(signature = (name, q, qd, *, t=None, **others),
+    #[pyo3(signature = (name=None, q=None, qd=None, *, t=None, **others),
            text_signature = "($self, name, q, qd, *, t=None)")]
     fn actuator_rate<'py>(
         &self,
-        #[pyo3(from_py_with = arguments::text::name)] name: &str,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given_text::name)] name: Option<&str>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.actuator_rate", others)?;
+        let (name, q, qd) = required!("Robot.actuator_rate", others, name, q, qd);
         actuators::rate(self, name, [q, qd], t)
     }
 
@@ -220,16 +219,16 @@ impl PyRobot {
     /// gradient : ndarray, shape (n,) or (k, n)
     ///     Gradient of the length. ``gradient @ qd`` is the rate of the length; a tendon with the tension T exerts the
     ///     generalised forces ``-T * gradient``.
-    #[pyo3(signature = (name, q, *, t=None, **others),
+    #[pyo3(signature = (name=None, q=None, *, t=None, **others),
            text_signature = "($self, name, q, *, t=None)")]
     fn actuator_gradient<'py>(
         &self,
-        #[pyo3(from_py_with = arguments::text::name)] name: &str,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given_text::name)] name: Option<&str>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.actuator_gradient", others)?;
+        let (name, q) = required!("Robot.actuator_gradient", others, name, q);
         actuators::gradient(self, name, q, t)
     }
 
@@ -254,20 +253,20 @@ impl PyRobot {
     /// force : float, or ndarray of shape (k,)
     ///     Newtons for a tendon (zero if it is slack), pascals for a chamber, newton metres or newtons for a motor; for an active
     ///     strain its amount.
-    #[pyo3(signature = (name, q, qd, *, t=None, u=None, qdd=None, **others),
+    #[pyo3(signature = (name=None, q=None, qd=None, *, t=None, u=None, qdd=None, **others),
            text_signature = "($self, name, q, qd, *, t=None, u=None, qdd=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn actuator_force<'py>(
         &self,
-        #[pyo3(from_py_with = arguments::text::name)] name: &str,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given_text::name)] name: Option<&str>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
         qdd: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.actuator_force", others)?;
+        let (name, q, qd) = required!("Robot.actuator_force", others, name, q, qd);
         actuators::force(self, name, [q, qd], qdd, At::forces(t, u))
     }
 
@@ -334,17 +333,17 @@ impl PyRobot {
     /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
-    #[pyo3(signature = (q, X=None, *, link=None, t=None, **others),
+    #[pyo3(signature = (q=None, X=None, *, link=None, t=None, **others),
            text_signature = "($self, q, X=None, *, link=None, t=None)")]
     fn pose<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.pose", others)?;
+        let q = required!("Robot.pose", others, q);
         places::poses(self, q, X, link, t)
     }
 
@@ -367,17 +366,17 @@ impl PyRobot {
     ///     ``jacobian @ qd`` is the angular velocity of the section at X and the velocity of its centre, in world axes, for a
     ///     fixed base; `velocity` adds the motion of the base. ``jacobian.T @ wrench`` are the generalised forces of a moment and
     ///     a force at the section.
-    #[pyo3(signature = (q, X=None, *, link=None, t=None, **others),
+    #[pyo3(signature = (q=None, X=None, *, link=None, t=None, **others),
            text_signature = "($self, q, X=None, *, link=None, t=None)")]
     fn jacobian<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.jacobian", others)?;
+        let q = required!("Robot.jacobian", others, q);
         places::jacobian(self, q, X, link, t)
     }
 
@@ -398,38 +397,38 @@ impl PyRobot {
     /// -------
     /// velocity : ndarray, shape (6,) or (k, 6)
     ///     Angular velocity of the section at X, rad/s, and velocity of its centre, m/s, in world axes, with those of the base.
-    #[pyo3(signature = (q, qd, X=None, *, link=None, t=None, **others),
+    #[pyo3(signature = (q=None, qd=None, X=None, *, link=None, t=None, **others),
            text_signature = "($self, q, qd, X=None, *, link=None, t=None)")]
     fn velocity<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.velocity", others)?;
+        let (q, qd) = required!("Robot.velocity", others, q, qd);
         places::velocity(self, [q, qd], X, link, t)
     }
 
     /// Acceleration of a section or body.
     ///
     #[doc = include_str!("acceleration.txt")]
-    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, X=None, *, link=None, t=None, **others),
            text_signature = "($self, q, qd, qdd, X=None, *, link=None, t=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn acceleration<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.acceleration", others)?;
+        let (q, qd, qdd) = required!("Robot.acceleration", others, q, qd, qdd);
         places::acceleration(self, [q, qd, qdd], X, link, t)
     }
 
@@ -446,15 +445,15 @@ impl PyRobot {
     /// -------
     /// centre : ndarray, shape (3,) or (k, 3)
     ///     Position in the world, metres.
-    #[pyo3(signature = (q, *, t=None, **others),
+    #[pyo3(signature = (q=None, *, t=None, **others),
            text_signature = "($self, q, *, t=None)")]
     fn centre_of_mass<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.centre_of_mass", others)?;
+        let q = required!("Robot.centre_of_mass", others, q);
         wrenches::centre_of_mass(self, q, t)
     }
 
@@ -471,16 +470,16 @@ impl PyRobot {
     /// -------
     /// momentum : ndarray, shape (6,) or (k, 6)
     ///     Angular momentum about the origin of the world, kg m^2/s, and linear momentum, kg m/s, in world axes.
-    #[pyo3(signature = (q, qd, *, t=None, **others),
+    #[pyo3(signature = (q=None, qd=None, *, t=None, **others),
            text_signature = "($self, q, qd, *, t=None)")]
     fn momentum<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.momentum", others)?;
+        let (q, qd) = required!("Robot.momentum", others, q, qd);
         wrenches::momentum(self, [q, qd], t)
     }
 
@@ -502,21 +501,21 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the origin of the joint's frame, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, last=None, *, link=None, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, last=None, *, link=None, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, link=None, t=None, u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn joint_wrench<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         last: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.joint_wrench", others)?;
+        let (q, qd, qdd) = required!("Robot.joint_wrench", others, q, qd, qdd);
         let (state, link) = wrenches::named_state("joint_wrench", "link", [q, qd, qdd], last, link)?;
         wrenches::joint(self, state, link, At::forces(t, u))
     }
@@ -543,21 +542,21 @@ impl PyRobot {
     ///     Moment about the origin of the second end, newton metres, and force, newtons, that the first end exerts on it, in
     ///     world axes. For a `Gear`, the generalised force on its first coordinate, a float or an array of
     ///     shape (k,).
-    #[pyo3(signature = (q, qd, qdd, last=None, *, name=None, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, last=None, *, name=None, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, name=None, t=None, u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn loop_forces<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         last: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.loop_forces", others)?;
+        let (q, qd, qdd) = required!("Robot.loop_forces", others, q, qd, qdd);
         let (state, name) = wrenches::named_state("loop_forces", "name", [q, qd, qdd], last, name)?;
         closure::forces(self, state, name, At::forces(t, u))
     }
@@ -577,17 +576,17 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the world's origin, newton metres, and force, newtons, in world axes; zero without contact.
-    #[pyo3(signature = (q, qd, *, name=None, t=None, **others),
+    #[pyo3(signature = (q=None, qd=None, *, name=None, t=None, **others),
            text_signature = "($self, q, qd, *, name=None, t=None)")]
     fn contact_forces<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::name)] name: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.contact_forces", others)?;
+        let (q, qd) = required!("Robot.contact_forces", others, q, qd);
         touching::forces(self, [q, qd], name, t)
     }
 
@@ -606,17 +605,17 @@ impl PyRobot {
     /// -------
     /// touches : list of Touch
     ///     Places ordered by contact, along rods from base to tip.
-    #[pyo3(signature = (q, qd=None, *, t=None, **others),
+    #[pyo3(signature = (q=None, qd=None, *, t=None, **others),
            text_signature = "($self, q, qd=None, *, t=None)")]
     fn touches<'py>(
         &self,
         py: Python<'py>,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         qd: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::t)] t: Option<f64>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyList>> {
-        no_others("Robot.touches", others)?;
+        let q = required!("Robot.touches", others, q);
         touching::touches(self, py, q, qd, t)
     }
 
@@ -647,31 +646,31 @@ impl PyRobot {
     /// gaps : ndarray, shape (m,) or (k, m)
     ///     Violation of each constraint: metres, a difference of cosines, or the unit of a coordinate. Inextensible tendons
     ///     follow the loops: how much each taut one is shorter (positive) or longer than its length; zero for slack ones.
-    #[pyo3(signature = (q, *, t=None, **others),
+    #[pyo3(signature = (q=None, *, t=None, **others),
            text_signature = "($self, q, *, t=None)")]
     fn loop_gaps<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.loop_gaps", others)?;
+        let q = required!("Robot.loop_gaps", others, q);
         closure::gaps(self, q, t)
     }
 
     /// Strains of sections of a rod.
     ///
     #[doc = include_str!("strain.txt")]
-    #[pyo3(signature = (q, X=None, *, link=None, **others),
+    #[pyo3(signature = (q=None, X=None, *, link=None, **others),
            text_signature = "($self, q, X=None, *, link=None)")]
     fn strain<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.strain", others)?;
+        let q = required!("Robot.strain", others, q);
         places::strains(self, q, X, link)
     }
 
@@ -679,14 +678,14 @@ impl PyRobot {
     /// everything beyond it.
     ///
     #[doc = include_str!("internal_wrench.txt")]
-    #[pyo3(signature = (q, qd, qdd, X=None, *, link=None, t=None, by="balance", u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, X=None, *, link=None, t=None, by="balance", u=None, **others),
            text_signature = "($self, q, qd, qdd, X=None, *, link=None, t=None, by='balance', u=None)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn internal_wrench<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
@@ -694,20 +693,20 @@ impl PyRobot {
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.internal_wrench", others)?;
+        let (q, qd, qdd) = required!("Robot.internal_wrench", others, q, qd, qdd);
         wrenches::internal(self, [q, qd, qdd], X, link, by, At::forces(t, u))
     }
 
     /// Inverse kinematics: find a shape in which links have given poses.
     ///
     #[doc = include_str!("reach.txt")]
-    #[pyo3(signature = (link, pose=None, *, X=None, point=None, position_weight=None, orientation_weight=None, q0=None,
+    #[pyo3(signature = (link=None, pose=None, *, X=None, point=None, position_weight=None, orientation_weight=None, q0=None,
                         bounds=None, prefer=None, t=None, tol=None, max_iter=None, restarts=None, **others),
            text_signature = "($self, link, pose=None, *, X=None, point=None, position_weight=1.0, orientation_weight=1.0, q0=None, bounds=None, prefer=None, t=None, tol=1e-09, max_iter=200, restarts=8)")]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python method")]
     fn reach<'py>(
         &self,
-        link: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] link: Option<&Bound<'py, PyAny>>,
         pose: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_number::X)] X: Option<f64>,
         point: Option<&Bound<'py, PyAny>>,
@@ -722,7 +721,7 @@ impl PyRobot {
         #[pyo3(from_py_with = arguments::optional_whole::restarts)] restarts: Option<i64>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyReachResult> {
-        no_others("Robot.reach", others)?;
+        let link = required!("Robot.reach", others, link);
         let weights = [position_weight, orientation_weight];
         let arguments = ReachArguments { q0, bounds, prefer, tol, max_iter, restarts };
         targets::reach(self, link, pose, (X, point), weights, &arguments, t)
@@ -731,18 +730,18 @@ impl PyRobot {
     /// The coordinates with which a rod follows given points best.
     ///
     #[doc = include_str!("coordinates_of.txt")]
-    #[pyo3(signature = (points, frames=None, *, X=None, link=None, q0=None, **others),
+    #[pyo3(signature = (points=None, frames=None, *, X=None, link=None, q0=None, **others),
            text_signature = "($self, points, frames=None, *, X=None, link=None, q0=None)")]
     fn coordinates_of<'py>(
         &self,
-        points: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] points: Option<&Bound<'py, PyAny>>,
         frames: Option<&Bound<'py, PyAny>>,
         X: Option<&Bound<'py, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         q0: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyCurveResult> {
-        no_others("Robot.coordinates_of", others)?;
+        let points = required!("Robot.coordinates_of", others, points);
         let given = curve::CurveArguments { points, frames, x: X, link, q0 };
         curve::coordinates_of(points.py(), self.description(), &given)
     }
@@ -762,18 +761,18 @@ impl PyRobot {
     /// -------
     /// wrench : ndarray, shape (6,) or (k, 6)
     ///     Moment about the base, newton metres, and force, newtons, in world axes.
-    #[pyo3(signature = (q, qd, qdd, *, t=None, u=None, **others),
+    #[pyo3(signature = (q=None, qd=None, qdd=None, *, t=None, u=None, **others),
            text_signature = "($self, q, qd, qdd, *, t=None, u=None)")]
     fn base_wrench<'py>(
         &self,
-        q: &Bound<'py, PyAny>,
-        qd: &Bound<'py, PyAny>,
-        qdd: &Bound<'py, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qd: Option<&Bound<'py, PyAny>>,
+        #[pyo3(from_py_with = arguments::given)] qdd: Option<&Bound<'py, PyAny>>,
         t: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        no_others("Robot.base_wrench", others)?;
+        let (q, qd, qdd) = required!("Robot.base_wrench", others, q, qd, qdd);
         wrenches::base(self, [q, qd, qdd], At::forces(t, u))
     }
 

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::errors::check_finite;
-use super::super::inputs::{mapping_of, named};
+use super::super::inputs::numbered;
 use super::super::model::{check_time, time_of_state};
 use super::class::PyRobot;
 use crate::model::{Dynamics as _, InTime as _};
@@ -44,13 +44,11 @@ impl<'a, 'py> At<'a, 'py> {
     }
 }
 
-/// The inputs of states: m numbers for all states, or m for each; or a mapping of names for all states.
+/// The inputs of states: m numbers for all states, or m for each; or these by names.
 fn inputs_of_states(u: &Bound<'_, PyAny>, robot: &Robot, states: Option<usize>) -> PyResult<Vec<f64>> {
     let inputs = robot.inputs();
-    if let Some(mapping) = mapping_of(u) {
-        return named(mapping, &inputs.names(), inputs.defaults().to_vec());
-    }
     let m = inputs.defaults().len();
+    let u = &numbered(u, &inputs.names(), &[inputs.defaults().to_vec()], "u")?;
     let (inputs, rows) = convert::finite_rows_of(u, m, "u")?;
     if rows.is_some() && rows != states {
         let found = convert::describe(u);

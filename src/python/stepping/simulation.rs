@@ -12,7 +12,7 @@ use pyo3::types::{PyDict, PyString};
 use super::super::arguments;
 use super::super::callback::or_raised;
 use super::super::convert;
-use super::super::inputs::{mapping_of, named};
+use super::super::inputs::{mapping_of, set_named};
 use super::super::model::{PyEnergy, PyModel};
 use super::super::record::{self, Reduced};
 use super::super::simulate::{MethodOf, OptionArguments, method as method_of, needs_damping};
@@ -118,7 +118,7 @@ impl PySimulation {
     #[new]
     #[pyo3(
         signature = (
-            model, *, dt=None, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
+            model=None, *, dt=None, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
             alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None, **others
         ),
         text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
@@ -126,7 +126,7 @@ impl PySimulation {
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
-        model: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::given_number::dt)] dt: Option<f64>,
         method: Option<&Bound<'_, PyAny>>,
         q0: Option<&Bound<'_, PyAny>>,
@@ -144,8 +144,7 @@ impl PySimulation {
         #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        no_others("Simulation", others)?;
-        let dt = required(dt, "Simulation", "keyword", "dt")?;
+        let (model, dt) = required!("Simulation", others, model, dt);
         let py = model.py();
         let Ok(model) = model.cast::<PyModel>() else {
             return Err(PyTypeError::new_err(format!(
@@ -246,7 +245,9 @@ impl PySimulation {
             match mapping_of(u) {
                 Some(mapping) => {
                     let names = self.model.get().input_names();
-                    memory.inputs = named(mapping, &names, memory.inputs.clone())?;
+                    let mut inputs = memory.inputs.clone();
+                    set_named(mapping, &names, &mut inputs, "u")?;
+                    memory.inputs = inputs;
                 }
                 None => convert::finite_vector_into(u, &mut memory.inputs, "u")?,
             }

@@ -13,6 +13,7 @@ use pyo3::types::{PyDict, PyTuple};
 use super::super::arguments;
 use super::super::callback::{Raised, raised_by_function};
 use super::super::convert;
+use super::super::inputs::{has_names, numbered};
 use super::super::model::PyModel;
 use super::super::motion::signals;
 use super::super::record::{self, Reduced};
@@ -22,7 +23,7 @@ use super::simulation::PySimulation;
 use crate::error::Interrupted;
 use crate::numerics::parallel;
 use crate::python::errors::OrRaise as _;
-use crate::python::words::no_others;
+use crate::python::words::{no_others, required};
 use crate::simulation::simulate::Method;
 use crate::simulation::stepping::Status;
 use crate::simulation::time_limit::TimeLimit;
@@ -288,7 +289,7 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
 impl PySimulations {
     #[new]
     #[pyo3(
-        signature = (model, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
+        signature = (model=None, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
         text_signature = "(model, count=None, *, dt, method='newmark', q0=None, v0=None, t0=0.0, workers=None, rtol=1e-06, \
                           atol=1e-09, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
                           min_step=0.0, max_seconds=None)"
@@ -296,7 +297,7 @@ impl PySimulations {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         py: Python<'_>,
-        model: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_whole::count)] count: Option<i64>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
@@ -304,6 +305,7 @@ impl PySimulations {
         #[pyo3(from_py_with = arguments::optional_whole::workers)] workers: Option<i64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let model = required!("Simulations", options, model);
         check_start_time(t0).or_raise()?;
         let workers = threads(workers)?;
         let models = models_of(model, count)?;
@@ -335,7 +337,7 @@ impl PySimulations {
     ///
     /// Parameters
     /// ----------
-    /// u : array_like, shape (inputs,) or (count, inputs), optional
+    /// u : array_like, shape (inputs,) or (count, inputs), or dicts, optional
     ///     Inputs from now on, for all rows or one row each; by default those of the last step.
     /// duration : float, optional
     ///     Duration, seconds, as for `Simulation.step`; by default `dt`.
@@ -365,7 +367,14 @@ impl PySimulations {
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         no_others("Simulations.step", others)?;
         let rows = &mut **self.rows()?;
-        let u = Vectors::read_optional(u, rows.len(), self.inputs, "u")?;
+        let u = match u {
+            Some(u) if has_names(u) => {
+                let held: Vec<_> = rows.iter().map(|row| row.run.inputs().to_vec()).collect();
+                Some(numbered(u, &self.models[0].get().input_names(), &held, "u")?)
+            }
+            _ => u.cloned(),
+        };
+        let u = Vectors::read_optional(u.as_ref(), rows.len(), self.inputs, "u")?;
         let ends: Vec<f64> =
             rows.iter().map(|row| row.run.end_of(duration)).collect::<Result<_, _>>().or_raise()?;
         for (i, (row, &end)) in rows.iter_mut().zip(&ends).enumerate() {

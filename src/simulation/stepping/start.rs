@@ -36,7 +36,10 @@ impl Start {
             let expected = "a start closer to a closed shape, and loops that do not contradict each other";
             return Err(InvalidInput::new(
                 "q0",
-                format_args!("a start that {invalid_shape} and could not be closed"),
+                format_args!(
+                    "a start that {} and could not be closed",
+                    invalid_shape.with_loops(&model.facts().loops)
+                ),
                 expected,
             ));
         }

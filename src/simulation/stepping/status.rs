@@ -204,8 +204,9 @@ impl Stop {
             ),
         };
         let message = format!(
-            "At t = {} the model {invalid_shape}: the last state says nothing about the motion. Take shorter steps{cure}.",
+            "At t = {} the model {}: the last state says nothing about the motion. Take shorter steps{cure}.",
             Number(t),
+            invalid_shape.with_loops(&model.facts().loops),
         );
         Some(Self { status, message })
     }

@@ -59,7 +59,8 @@ def test_new_scenes_are_good_and_run(kind, tmp_path, monkeypatch):
     assert advice(scene) == []
     motion = scene.run()
     assert motion.status == "finished"
-    assert motion.balance.drift < 1e-3
+    # Quasi-static motions leave inertia out, and with it the energy that others conserve.
+    assert scene.simulation.method == "quasi_static" or motion.balance.drift < 1e-3
     assert lissom.statics(scene.model).success
 
 

@@ -411,6 +411,17 @@ def test_what_is_no_array_of_real_numbers_is_refused_with_its_place(kind):
             function()
 
 
+def test_vectors_are_asked_for_with_their_length():
+    with pytest.raises(
+        TypeError, match=r"^gravity: expected a one-dimensional array of 3 real numbers, got float$"
+    ):
+        lissom.Rod([WIRE], gravity=9.81)
+    with pytest.raises(TypeError, match=r"^inertia: expected shape \(3,\) or \(3, 3\), got float$"):
+        lissom.Body(0.1, inertia=1e-5)
+    with pytest.raises(ValueError, match=r"^gravity: expected 3 values, got 1$"):
+        lissom.Rod([WIRE], gravity=[9.81])
+
+
 def test_lists_that_contain_themselves_are_refused():
     with pytest.raises(TypeError, match="q: expected a one-dimensional array"):
         ROD.mass_matrix(endless())

@@ -28,6 +28,35 @@ CALLS = {
     ),
     "Simulation": ("method", lambda name: lissom.Simulation(rod(), dt=1e-3, **{name: "radau"})),
     "SpringPendulum": ("stiffness", lambda name: lissom.SpringPendulum(**{name: 10.0})),
+    "Harmonic": ("frequency", lambda name: lissom.Harmonic(1.0, **{name: 2.0})),
+    "Input": ("default", lambda name: lissom.Input("pull", **{name: 1.0})),
+    "Profile": ("stations", lambda name: lissom.Profile(0.3, **{name: [0.0, 0.3]})),
+    "choose_modes": ("segments", lambda name: lissom.choose_modes(rod(), **{name: [0]})),
+    "jacobian": ("method", lambda name: lissom.jacobian(np.sin, [1.0], **{name: "forward"})),
+    "check_jacobian": ("x_scale", lambda name: lissom.check_jacobian(np.sin, np.cos, [1.0], **{name: 1.0})),
+    "RK45": ("first_step", lambda name: lissom.RK45(lambda t, y: y, 0.0, [1.0], 1.0, **{name: 0.1})),
+    "DOP853": ("controller", lambda name: lissom.DOP853(lambda t, y: y, 0.0, [1.0], 1.0, **{name: "PI"})),
+    "Radau": ("jac_sparsity", lambda name: lissom.Radau(lambda t, y: y, 0.0, [1.0], 1.0, **{name: [[1]]})),
+}
+
+#: Calls in which the name of a required argument is misspelt, and what is meant.
+REQUIRED = {
+    "statics": (lambda: lissom.statics(modle=rod()), "model"),
+    "modes": (lambda: lissom.modes(rod(), qq=[0, 0]), "q"),
+    "simulate": (lambda: lissom.simulate(modle=rod(), t_end=1.0), "model"),
+    "Simulations": (lambda: lissom.Simulations(modle=rod(), count=2, dt=0.1), "model"),
+    "Robot.pose": (lambda: rod().pose(qq=[0, 0]), "q"),
+    "Robot.actuator_length": (lambda: with_input().actuator_length(nmae="pull", q=[0, 0]), "name"),
+    "Scene.loads": (lambda: lissom.Scene.loads(txt="version = 1"), "text"),
+    "Input": (lambda: lissom.Input(nmae="pull"), "name"),
+    "RK45": (lambda: lissom.RK45(lambda t, y: y, 0.0, [1.0], tbound=1.0), "t_bound"),
+    "solve_ivp": (lambda: lissom.solve_ivp(lambda t, y: y, tspan=(0, 1), y0=[1.0]), "t_span"),
+    "fit": (lambda: lissom.fit(rod(), daat=([0.1], [[0, 0, 0]]), parameters={}), "data"),
+    "statics_many": (lambda: lissom.statics_many(modle=rod()), "model"),
+    "sweep": (lambda: lissom.sweep(rod(), paramters={}, t_end=1.0), "parameters"),
+    "robot_from_urdf": (lambda: lissom.Robot.from_urdf(pth="robot.urdf"), "path"),
+    "load": (lambda: lissom.load(pth="run.lissom"), "path"),
+    "MotionResult.save": (lambda: lissom.simulate(rod(), 0.01).save(pth="run.lissom"), "path"),
 }
 
 
@@ -42,6 +71,24 @@ def test_misspelt_keywords_are_answered_with_the_right_one(function):
     assert str(caught.value).startswith(begin)
     if len(right) > 2:
         assert str(caught.value) == f"{begin}; did you mean '{right}'?"
+
+
+@pytest.mark.parametrize("function", REQUIRED)
+def test_misspelt_names_of_required_arguments_are_answered_with_the_right_ones(function):
+    call, meant = REQUIRED[function]
+    with pytest.raises(TypeError) as caught:
+        call()
+    assert str(caught.value).startswith(f"{function}() got an unexpected keyword argument '")
+    assert str(caught.value).endswith(f"; did you mean '{meant}'?")
+
+
+def test_arguments_without_names_are_counted():
+    with pytest.raises(
+        TypeError, match=r"^Load\(\) takes no positional arguments: give them by name, of force, moment, "
+    ):
+        lissom.Load((0, 0, 1))
+    with pytest.raises(TypeError, match=r"^Model\.energy\(\) missing required arguments: 'q', 'qd'$"):
+        rod().energy()
 
 
 def test_symbols_are_known_by_their_names():
@@ -140,9 +187,9 @@ def test_required_arguments_are_asked_for_after_wrong_words():
             call()
     with pytest.raises(TypeError, match=r"; did you mean 'dt'\?$"):
         lissom.Simulation(rod(), step=0.1)
-    with pytest.raises(TypeError, match="missing 1 required positional argument: 't_end'"):
+    with pytest.raises(TypeError, match=r"simulate\(\) missing required arguments: 't_end'"):
         lissom.simulate(rod())
-    with pytest.raises(TypeError, match="missing 1 required keyword argument: 'dt'"):
+    with pytest.raises(TypeError, match=r"Simulation\(\) missing required arguments: 'dt'"):
         lissom.Simulation(rod())
 
 

@@ -491,3 +491,16 @@ def test_long_motions_have_as_many_times_as_reports(tmp_path):
     rod = lissom.Rod([segment()])
     lissom.simulate(rod, 1.0, dt=1e-3).save(tmp_path / "x.glb")
     assert len(Gltf(tmp_path / "x.glb").times()) == 61
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".obj", ".glb", ".pdf"])
+def test_rods_of_given_sections_without_inertia_are_drawn_thin(suffix, tmp_path):
+    section = lissom.Section.given(stiffness=(0.01, 0.02, 0.02, 1e4, 1e4, 1e4), mass=0.1)
+    cable = lissom.Rod([lissom.Segment(1.0, section=section, modes={"bend_y": 4})])
+    found = lissom.statics(cable)
+    path = tmp_path / f"cable{suffix}"
+    if suffix == ".pdf":
+        found.picture(path, cable)
+    else:
+        found.save(path, cable)
+    assert path.stat().st_size > 1000

@@ -6,6 +6,7 @@ into many.
 
 import copy
 import pickle
+import re
 import warnings
 
 import numpy as np
@@ -403,3 +404,15 @@ def test_slack_lines_that_hardly_bend_warn_of_nothing(ratio, value):
     depth = max(-robot.pose(found.q, x)[2, 3] for x in np.linspace(0, length, 201))
     assert abs(depth - a * (np.cosh(chord / 2 / a) - 1)) < 1e-3 * length
     assert found.space_error is None or found.space_error.relative < 1e-2
+
+
+def test_shear_that_is_left_out_of_thick_rods_is_named():
+    """F L / (k G A) over F L^3 / (3 E I), with one as shear correction."""
+    for radius, added in ((0.1, 24), (0.01, None)):
+        thick = lissom.Segment(0.3, radius, 1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 1})
+        force = 1e6 * np.pi * radius**4 / 4 / 0.3**2
+        rod = lissom.Rod([thick], gravity=(0, 0, 0), tip_force=(0, 0, -force))
+        with pytest.warns(lissom.AccuracyWarning, match="more `modes` of bend_y") as caught:
+            lissom.statics(rod)
+        said = re.search(r"Shear has no modes there .* would add (\d+) % ", str(caught[0].message))
+        assert (said and int(said[1])) == added

@@ -293,6 +293,24 @@ def test_ctrl_c_in_a_callable_keeps_what_was_computed():
         assert 0.0 < result.t[-1] <= 0.05
 
 
+def test_what_is_not_finite_is_named_step_by_step_and_before_a_search():
+    model = rod_of([{"force": lambda t: (0, 0, np.nan if t > 0.05 else 1)}], [WIRE])
+    simulation = lissom.Simulation(model, dt=0.01)
+    assert simulation.step(duration=0.1) == "non_finite"
+    assert re.match(
+        r"loads\[0\]\.force is NaN at t = 0\.06, .*: the result ends at t = 0\.05\.", simulation.message
+    )
+    for search in (
+        lambda: lissom.statics(model, t=0.1),
+        lambda: lissom.continuation(model, t=0.1),
+        lambda: lissom.modes(model, np.zeros(model.n), t=0.1),
+    ):
+        with pytest.raises(
+            ValueError, match=r"^loads\[0\]\.force is NaN at t = 0\.1, expected finite numbers$"
+        ):
+            search()
+
+
 @pytest.mark.parametrize("method", ["newmark", "radau", "rk45", "auto"])
 def test_a_force_that_is_not_finite_ends_the_run_with_a_reason(method):
     def force(t):
@@ -303,7 +321,7 @@ def test_a_force_that_is_not_finite_ends_the_run_with_a_reason(method):
     assert motion.t[-1] <= 0.05 + 1e-9
     assert np.isfinite(motion.q).all()
     if method != "auto":
-        assert re.search(r"The cause: loads\[0\]\.force is NaN at t = 0\.0[5-9]", motion.message)
+        assert re.match(r"loads\[0\]\.force is NaN at t = 0\.0[5-9]", motion.message)
 
 
 def test_a_load_that_is_not_finite_is_named_wherever_it_is_asked_for():

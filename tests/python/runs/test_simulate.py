@@ -787,6 +787,14 @@ UNSEEN = {
 }
 
 
+def test_a_step_beyond_the_end_is_the_run():
+    rod = stiff_wire(25.0)
+    with pytest.warns(
+        lissom.AccuracyWarning, match=r"^The step of 0\.05 s \(the whole run, shorter than `dt` of 0\.5 s\) "
+    ):
+        lissom.simulate(rod, 0.05, dt=0.5, q0=[0.25, 0.0])
+
+
 @pytest.mark.parametrize("hertz", [25.0, 74.0])
 @pytest.mark.parametrize("what", UNSEEN)
 def test_fixed_steps_say_what_they_do_not_see(what, hertz):

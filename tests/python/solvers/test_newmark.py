@@ -883,7 +883,7 @@ def test_wrong_values_are_refused_with_what_would_be_right(message, options):
         ("q0: expected a one-dimensional array of real numbers", {"q0": 1.0}),
         ("q0: expected a one-dimensional array of real numbers", {"q0": [[1.0]]}),
         ("q0: expected a one-dimensional array of real numbers", {"q0": np.array([1.0 + 2.0j])}),
-        ("v0: expected a one-dimensional array of real numbers, got str", {"v0": "fast"}),
+        ("v0: expected a one-dimensional array of 1 real number, got str", {"v0": "fast"}),
         ("rtol: expected", {"rtol": "small"}),
         ("'args' cannot be unpacked", {"args": 3}),
         ("dt: expected a real number, got str", {"dt": "short"}),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._lissom import Model, Scene, __version__, simulate
-from ...common.arguments import keywords, one_of, path_of, sequence, whole
+from ...common.arguments import keywords, one_of, path_of, sequence, suggesting, whole
 from ...common.extras import missing
 from ...model import paths
 from ...model.views import view
@@ -59,6 +59,7 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 STATES = ("q", "v", "position")
 
 
+@suggesting
 def sweep(
     model: Scene | Model | Callable[..., Scene | Model],
     parameters: Mapping[str, Iterable[Any]],

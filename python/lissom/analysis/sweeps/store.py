@@ -204,7 +204,7 @@ class Zarr(Memory):
             f"store: {path}: the results of {len(damaged)} of {self.points} points are damaged "
             f"({named}{more}); they are run again",
             RuntimeWarning,
-            stacklevel=5,
+            stacklevel=6,
         )
 
     @staticmethod

@@ -4,7 +4,7 @@
 const SIMILARITY: f64 = 0.8;
 
 /// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
-const SYMBOLS: [(&str, &[&str]); 76] = [
+const SYMBOLS: [(&str, &[&str]); 77] = [
     ("E", &["young_modulus"]),
     ("G", &["shear_modulus"]),
     ("nu", &["poisson_ratio"]),
@@ -71,11 +71,12 @@ const SYMBOLS: [(&str, &[&str]); 76] = [
     ("qd0", &["v0"]),
     ("u0", &["u"]),
     ("inputs", &["u", "control"]),
-    ("input", &["u", "control"]),
+    ("input", &["inputs", "u", "control"]),
     ("targets", &["target", "pose"]),
     ("time", &["t"]),
     ("dt", &["duration"]),
     ("controller", &["control"]),
+    ("joint", &["kind"]),
     ("maxiter", &["max_iter"]),
     ("x", &["X"]),
     ("s", &["X"]),

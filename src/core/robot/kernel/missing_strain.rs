@@ -5,7 +5,7 @@
 //! tendons and chambers, at every place. With a finite number the strains that have modes lack
 //! `-H^-1 (F + f + H (xi - xi_0))`, if all forces stay as they are: the residual of the strong form of the equilibrium.
 
-use crate::description::rod::STRAINS;
+use crate::description::rod::{STRAINS, SectionProperties};
 use crate::model::MissingStrain;
 use crate::numerics::lie::{Cross, LANES, Lanes, Twist, VectorSpace, weighted_sum};
 use crate::numerics::linalg::small_cholesky;
@@ -114,6 +114,20 @@ fn wrenches_as_fields<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Vec<Tw
         field
     };
     work.body[..plan.packs].iter().map(as_field).collect()
+}
+
+/// [`MissingStrain::rigid_shear`] of a segment, counted through all rods, by the theory of Timoshenko (1921): F L / (k G A) over
+/// F L^3 / (3 E I), the larger one of both planes.
+pub(crate) fn rigid_shear(robot: &Robot, segment: usize) -> f64 {
+    /// Bending strains and the shear strains along which they deflect, by their indices in [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES).
+    const PLANES: [(usize, usize); 2] = [(1, 5), (2, 4)];
+    let rods = robot.links.iter().flat_map(|link| link.rod.iter().map(|segment| (segment, &link.rod)));
+    let Some((segment, rod)) = rods.clone().nth(segment) else { return 0.0 };
+    let length: f64 = rod.iter().map(|segment| segment.length).sum();
+    let stiffness = SectionProperties::at(segment, 0.5).stiffness;
+    let is_rigid = |&(bend, shear): &(usize, usize)| segment.modes[bend] > 0 && segment.modes[shear] == 0;
+    let ratio = |(bend, shear): (usize, usize)| stiffness[bend][bend] / stiffness[shear][shear];
+    3.0 / length.powi(2) * PLANES.into_iter().filter(is_rigid).map(ratio).fold(0.0, f64::max)
 }
 
 /// Effects of strains at all nodes, to first order, with the kinematics up to date and fixed joints.

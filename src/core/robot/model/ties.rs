@@ -4,6 +4,7 @@ use super::{AnySweeps, LARGEST_GAP, RobotModel};
 use crate::model::constraint::one_sided::{ACTIVATION_EXCESS, TAUT};
 use crate::model::{InvalidShape, OneSided, Switch, Tied};
 use crate::numerics::linalg::Matrix;
+use crate::robot::sweeps::WidestGap;
 
 impl Tied for RobotModel {
     fn set_multipliers(&mut self, multipliers: &[f64]) {
@@ -43,10 +44,11 @@ impl Tied for RobotModel {
         if facts.constraints() == 0 {
             return None;
         }
-        let (constraint, gap, size) = coordinates
+        let WidestGap { constraint, gap, size, is_length } = coordinates
             .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.widest_gap(q, &facts.gap_sizes)))?;
         // NaN counts as open.
-        (gap.is_nan() || gap > LARGEST_GAP * size).then_some(InvalidShape::Open { constraint, gap })
+        let is_open = gap.is_nan() || gap > LARGEST_GAP * size;
+        is_open.then_some(InvalidShape::Open { constraint, gap, is_length })
     }
 }
 

@@ -8,6 +8,17 @@ use crate::robot::algebra::tie::Row;
 use crate::robot::kernel::{lines, loops, time};
 use crate::robot::turning::Turning;
 
+/// The gap that is widest for its size.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WidestGap {
+    pub(crate) constraint: Constraint,
+    pub(crate) gap: f64,
+    /// Typical size, in the same unit.
+    pub(crate) size: f64,
+    /// Whether it is a length.
+    pub(crate) is_length: bool,
+}
+
 impl<G: Turning> Sweeps<G> {
     /// Sets the multipliers of constraints.
     pub(crate) fn set_multipliers(&mut self, multipliers: &[f64]) {
@@ -47,26 +58,32 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// The constraint with the largest gap relative to these sizes, this gap, and its size.
-    pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<(Constraint, f64, f64)> {
+    pub(crate) fn widest_gap(&mut self, q: &[f64], sizes: &[f64]) -> Option<WidestGap> {
         if self.plan.effects.loops.constraints.is_empty() {
             return None;
         }
         self.update_constraints(q);
         let mut gaps = std::mem::take(&mut self.work.effects.loops.gaps);
         loops::values(&self.plan, &self.work, q, &mut gaps);
-        let mut widest: Option<(Constraint, f64, f64)> = None;
-        for ((&held, gap), &size) in self.plan.effects.loops.constraints.iter().zip(&gaps).zip(sizes) {
-            if gap.is_nan()
-                || widest.is_none_or(|(_, widest, of_widest)| gap.abs() * of_widest > widest * size)
-            {
-                widest = Some((held, gap.abs(), size));
+        let mut widest: Option<WidestGap> = None;
+        for (row, (gap, &size)) in gaps.iter().zip(sizes).enumerate() {
+            let gap = gap.abs();
+            if gap.is_nan() || widest.is_none_or(|widest| gap * widest.size > widest.gap * size) {
+                let constraint = self.plan.effects.loops.constraints[row];
+                widest = Some(WidestGap {
+                    constraint,
+                    gap,
+                    size,
+                    is_length: self.plan.effects.loops.is_length(row),
+                });
             }
         }
         self.work.effects.loops.gaps = gaps;
         let Self { plan, work, .. } = self;
         let turned = plan.effects.loops.ties.iter().find_map(|tie| {
             let by = loops::turned_away(plan, work, tie)?;
-            Some((plan.effects.loops.constraints[tie.first], by, 1.0))
+            let constraint = plan.effects.loops.constraints[tie.first];
+            Some(WidestGap { constraint, gap: by, size: 1.0, is_length: false })
         });
         turned.or(widest)
     }

@@ -7,6 +7,8 @@ mod instants;
 mod places;
 mod sections;
 
+pub(crate) use constraints::WidestGap;
+
 use std::sync::Arc;
 
 use crate::model::Energy;

@@ -49,7 +49,8 @@ impl<G: Turning> Sweeps<G> {
         self.forces_at_rest(q, &mut tau);
         let missing = missing_strain::of_balance(&self.plan, &self.work, robot, q);
         let turn = missing_strain::largest_turn(&self.plan, q);
-        MissingStrain { turn, ..missing_strain::effect(&self.plan, &self.work, &missing) }
+        let effect = missing_strain::effect(&self.plan, &self.work, &missing);
+        MissingStrain { turn, rigid_shear: missing_strain::rigid_shear(robot, effect.segment), ..effect }
     }
 
     /// Effect of a change of the strains of the modes in a shape.

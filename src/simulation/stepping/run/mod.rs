@@ -581,14 +581,16 @@ impl<M: Model> Run<M> {
         if let Some(stop) = &self.stop {
             return stop.message.clone();
         }
-        let mut message = self.integrator.explain(status);
+        let cause = if status.is_success() { None } else { self.integrator.model().not_finite() };
+        let mut message = match cause {
+            Some(what) => format!(
+                "{what}, where a finite number is needed: the result ends at t = {}.",
+                Number(self.integrator.t())
+            ),
+            None => self.integrator.explain(status),
+        };
         if self.moved > 0.0 {
             message.push_str(&Start::sentence(self.moved));
-        }
-        if !status.is_success()
-            && let Some(what) = self.integrator.model().not_finite()
-        {
-            message.push_str(&format!(" The cause: {what}."));
         }
         message
     }

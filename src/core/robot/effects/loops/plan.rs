@@ -30,6 +30,15 @@ impl<P> Loops<P> {
     pub(crate) fn first_gear(&self) -> usize {
         self.first_length() - self.gears.len()
     }
+
+    /// Whether the gap of a row is a length.
+    pub(crate) fn is_length(&self, row: usize) -> bool {
+        let of_tie = self.ties.iter().find_map(|tie| tie.rows.get(row.checked_sub(tie.first)?));
+        match of_tie {
+            Some(of_tie) => !matches!(of_tie, Row::Angle { .. }),
+            None => row >= self.first_length(),
+        }
+    }
 }
 
 /// A loop between two places.
