@@ -80,9 +80,10 @@ impl GrowthResolution {
         self.reach * (self.radians * integrator.error_of_a_radian(self.speed, step)).min(1.0)
     }
 
-    /// Error if the relative error of stiffnesses is such that frequencies have this relative error.
-    pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
-        self.reach * (self.radians * self.elastic_share * relative).min(1.0)
+    /// Error if the relative error of stiffnesses is such that frequencies have this relative error. It is at most what grows from the
+    /// largest error `most` of deflections.
+    pub(super) fn error_of_frequencies(&self, relative: f64, most: f64) -> f64 {
+        (self.reach * (self.radians * self.elastic_share * relative).min(1.0)).min(most * self.exponent.exp())
     }
 
     /// Longest step for which the error stays within its share of `wanted`, times `tightening`. Runs with different tolerances must not
