@@ -378,6 +378,12 @@ mod tests {
     }
 
     #[test]
+    fn what_is_late_is_at_most_the_error_of_deflections() {
+        assert_eq!(following(40.0, 0.1).error_of_frequencies(0.5, &[], f64::INFINITY), 0.1);
+        assert_eq!(following(40.0, 0.1).error_of_frequencies(0.5, &[], 1e-4), 1e-4);
+    }
+
+    #[test]
     fn a_vibration_is_as_late_as_its_own_frequency_is_wrong() {
         let errors = [(3.0, 1e-6), (40.0, 1e-3)];
         let of =

@@ -127,6 +127,13 @@ mod tests {
     }
 
     #[test]
+    fn wrong_stiffnesses_change_a_growth_by_at_most_what_grows_from_deflections() {
+        let most = 1e-9;
+        assert_eq!(growth(1.0).error_of_frequencies(0.01, f64::INFINITY), 0.01 * 15.0 * 2.0);
+        assert_eq!(growth(1.0).error_of_frequencies(0.01, most), most * 12.0_f64.exp());
+    }
+
+    #[test]
     fn only_what_rounding_grows_to_is_doubted() {
         let of =
             |exponent: f64| GrowthResolution::doubt(&[GrowthResolution { exponent, ..growth(0.0) }], 1e-3);
