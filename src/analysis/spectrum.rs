@@ -2,18 +2,22 @@
 
 use crate::analysis::growing::Growing;
 use crate::analysis::normalised::scaled;
-use crate::analysis::small_motions::{SmallMotions, small_motions};
+use crate::analysis::small_motions::{Modal, SmallMotions, small_motions};
 use crate::model::constraint::one_sided;
 use crate::model::{ForwardScratch, Static};
 use crate::numerics::linalg::{Matrix, dot};
 
 /// Vibrations about the start, `M x'' + C x' + K x = 0`, ignoring coupling by damping. With closed loops,
 /// only motions that keep them closed.
-#[derive(Clone, Debug)]
 pub(crate) struct Spectrum {
     pub(crate) modes: Vec<Vibration>,
-    /// Motions that grow, with coupling by damping.
-    pub(crate) growing: Vec<Growing>,
+    modal: Modal,
+    /// Mode shapes, and their products with the mass matrix, as columns.
+    shapes: [Matrix; 2],
+    /// Velocities and accelerations of the state.
+    rates: [Vec<f64>; 2],
+    /// Typical sizes of the coordinates.
+    sizes: Vec<f64>,
 }
 
 /// A vibration mode.
@@ -133,11 +137,6 @@ impl Spectrum {
         let mut mass = Matrix::zeros(n, n);
         model.mass_matrix(q0, &mut mass);
         let with_mass = mass * &shapes;
-        let growing = if modal.may_grow() {
-            Growing::of(&modal, [&shapes, &with_mass], &motions.sizes, [v0, a0])
-        } else {
-            Vec::new()
-        };
         let modes = modal.squared_frequencies.iter().enumerate().map(|(k, &square)| {
             let frequency = square.max(0.0).sqrt();
             let [shape, momentum]: [Vec<f64>; 2] =
@@ -150,6 +149,21 @@ impl Spectrum {
             };
             Vibration { frequency, damping: modal.damping[(k, k)], shape, momentum, velocity, size }
         });
-        Some(Self { modes: modes.collect(), growing })
+        Some(Self {
+            modes: modes.collect(),
+            modal,
+            shapes: [shapes, with_mass],
+            rates: [v0, a0].map(<[f64]>::to_vec),
+            sizes: motions.sizes,
+        })
+    }
+
+    /// Motions that grow, with coupling by damping. About 300 n^3 flops if something may grow.
+    pub(crate) fn growing(&self) -> Vec<Growing> {
+        let Self { modal, shapes, rates, sizes, .. } = self;
+        if !modal.may_grow() {
+            return Vec::new();
+        }
+        Growing::of(modal, shapes.each_ref(), sizes, rates.each_ref().map(Vec::as_slice))
     }
 }

@@ -107,7 +107,11 @@ impl Following {
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         let mut ends = Vec::new();
         let duration = t_span.1 - t_span.0;
-        let growing = growing(model, t_span.0, [q0, v0], duration, &spectrum.growing);
+        // What grows in a finer model does in the coarser one.
+        let growing = match known {
+            None => growing(model, t_span.0, [q0, v0], duration, spectrum),
+            Some(_) => Vec::new(),
+        };
         let mut seeds: Vec<f64> = growing.iter().map(|growing| growing.size).collect();
         if model.facts().varies_in_time {
             if let Some(known) = known {
@@ -128,9 +132,10 @@ impl Following {
         let rate = spectrum.rate();
         let mut following = Self { of_drive, ends, rate, loosest, wanted, ..Self::nothing() };
         following.begins_near = following.add(model, duration, q0, spectrum, &sizes);
-        for (growing, &seed) in growing.iter().zip(&seeds) {
-            following.growths.push(GrowthResolution::new(model, q0, growing, seed, duration));
-        }
+        let growth =
+            |(growing, &seed): (&Growing, &f64)| GrowthResolution::new(model, q0, growing, seed, duration);
+        let found = growing.iter().zip(&seeds).map(growth);
+        following.growths = known.map_or_else(|| found.collect(), |known| known.growths.clone());
         let of_vibrations = spectrum.modes.iter().zip(&sizes).filter(|(_, size)| **size > 0.0);
         following.excited =
             of_vibrations.map(|(mode, &size)| scaled(&mode.shape, size, mode.frequency)).collect();
@@ -154,9 +159,9 @@ impl Following {
         if !is_near || time == 0.0 {
             return;
         }
-        let growing = match spectrum.growing.is_empty() {
+        let growing = match spectrum.growing().is_empty() {
             true => Vec::new(),
-            false => growing(model, t, [q, v], time, &spectrum.growing),
+            false => growing(model, t, [q, v], time, &spectrum),
         };
         let growths = growing.iter().map(|growing| {
             // What the start excites, and steps may have lost since.
@@ -229,20 +234,21 @@ impl Following {
     }
 
     /// Error of the tip, relative to the length, if the elastic part of the frequency of the largest vibration has this relative error, and
-    /// the others are lost.
-    pub(super) fn late_at_most(&self, relative: f64) -> f64 {
+    /// the others are lost. `most` is the largest error of deflections.
+    pub(super) fn late_at_most(&self, relative: f64, most: f64) -> f64 {
         let largest = |vibrations: &Vec<Followed>| {
             vibrations.iter().map(|vibration| vibration.reach).fold(0.0, f64::max)
         };
         let all =
             |vibrations: &Vec<Followed>| vibrations.iter().map(|vibration| vibration.reach).sum::<f64>();
         let others = self.vibrations.iter().map(|vibrations| all(vibrations) - largest(vibrations));
-        self.error_of_frequencies(relative, &[]) + others.fold(0.0, f64::max)
+        let others = others.fold(0.0, f64::max).min(most);
+        self.error_of_frequencies(relative, &[], most) + others
     }
 
     /// Error of the tip, relative to the length, if the elastic parts of all frequencies have this relative error, and vibrations with one of
-    /// some `known` frequencies at least that which belongs to it.
-    pub(super) fn error_of_frequencies(&self, relative: f64, known: &[(f64, f64)]) -> f64 {
+    /// some `known` frequencies at least that which belongs to it. `most` is the largest error of deflections.
+    pub(super) fn error_of_frequencies(&self, relative: f64, known: &[(f64, f64)], most: f64) -> f64 {
         let error_of = |frequency: f64| {
             let away = |(of, _): &&(f64, f64)| (of / frequency).ln().abs();
             known.iter().min_by(|a, b| away(a).total_cmp(&away(b))).map_or(0.0, |(_, error)| *error)
@@ -255,7 +261,8 @@ impl Following {
         };
         let of_vibrations =
             self.vibrations.iter().map(|vibrations| vibrations.iter().map(part).sum()).fold(0.0, f64::max);
-        self.growing().map(|growth| growth.error_of_frequencies(relative)).fold(of_vibrations, f64::max)
+        let of_growth = self.growing().map(|growth| growth.error_of_frequencies(relative, most));
+        of_growth.fold(of_vibrations.min(most), f64::max)
     }
 
     /// Highest visible frequency, in rad/s; zero if there is none.
@@ -308,25 +315,29 @@ fn scaled(shape: &[f64], size: f64, speed: f64) -> (Vec<f64>, f64) {
     (shape.iter().map(|x| x * size).collect(), speed)
 }
 
-/// What grows from a state within this time: `at_rest` where it does not move, unless its accelerations prevent it, as those of free fall do.
+/// What grows from a state within this time: what grows at rest where it does not move, unless its accelerations prevent it, as those of
+/// free fall do.
 fn growing<M: Model>(
     model: &mut M,
     t: f64,
     [q, v]: [&[f64]; 2],
     time: f64,
-    at_rest: &[Growing],
+    spectrum: &Spectrum,
 ) -> Vec<Growing> {
     let moves = v.iter().any(|v| *v != 0.0);
-    let is_known = model.facts().constraints() > 0 || !moves && at_rest.is_empty();
-    if is_known || model.set_time(t).is_err() {
-        return at_rest.to_vec();
+    if model.facts().constraints() > 0 {
+        return spectrum.growing();
     }
+    let at_rest = if moves { Vec::new() } else { spectrum.growing() };
     let mut a = vec![0.0; q.len()];
-    if model.forward_dynamics(q, v, &mut a, &mut ForwardScratch::new(q.len())).is_err() {
-        return at_rest.to_vec();
+    let is_known = !moves && at_rest.is_empty()
+        || model.set_time(t).is_err()
+        || model.forward_dynamics(q, v, &mut a, &mut ForwardScratch::new(q.len())).is_err();
+    if is_known {
+        return at_rest;
     }
     let found = Growing::about(model, [q, v, &a], time);
-    if moves || found.is_empty() { found } else { at_rest.to_vec() }
+    if moves || found.is_empty() { found } else { at_rest }
 }
 
 #[cfg(test)]
@@ -350,7 +361,7 @@ mod tests {
                     (((1.0 + relative) * angle).cos() - angle.cos()).abs()
                 });
                 let exact = apart.fold(0.0, f64::max);
-                let estimated = following(frequency, 0.1).error_of_frequencies(relative, &[]);
+                let estimated = following(frequency, 0.1).error_of_frequencies(relative, &[], f64::INFINITY);
                 // Up to terms of second order in the relative change, and half the difference after the phase is lost.
                 assert!(
                     estimated >= 0.1 * exact.min(1.0) / (1.0 + relative),
@@ -363,13 +374,20 @@ mod tests {
     #[test]
     fn what_hardly_turns_is_not_late() {
         // A free body, whose frequencies are rounding.
-        assert!(following(1e-6, FARTHEST).error_of_frequencies(0.5, &[]) < 1e-11);
+        assert!(following(1e-6, FARTHEST).error_of_frequencies(0.5, &[], f64::INFINITY) < 1e-11);
+    }
+
+    #[test]
+    fn what_is_late_is_at_most_the_error_of_deflections() {
+        assert_eq!(following(40.0, 0.1).error_of_frequencies(0.5, &[], f64::INFINITY), 0.1);
+        assert_eq!(following(40.0, 0.1).error_of_frequencies(0.5, &[], 1e-4), 1e-4);
     }
 
     #[test]
     fn a_vibration_is_as_late_as_its_own_frequency_is_wrong() {
         let errors = [(3.0, 1e-6), (40.0, 1e-3)];
-        let of = |frequency: f64| following(frequency, 0.1).error_of_frequencies(1e-5, &errors);
+        let of =
+            |frequency: f64| following(frequency, 0.1).error_of_frequencies(1e-5, &errors, f64::INFINITY);
         assert!((of(3.0) / (0.1 * 3.0 * 1e-5) - 1.0).abs() < 1e-9);
         assert!((of(41.0) / (0.1 * 41.0 * 1e-3) - 1.0).abs() < 1e-9);
     }

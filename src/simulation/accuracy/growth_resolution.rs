@@ -80,9 +80,10 @@ impl GrowthResolution {
         self.reach * (self.radians * integrator.error_of_a_radian(self.speed, step)).min(1.0)
     }
 
-    /// Error if the relative error of stiffnesses is such that frequencies have this relative error.
-    pub(super) fn error_of_frequencies(&self, relative: f64) -> f64 {
-        self.reach * (self.radians * self.elastic_share * relative).min(1.0)
+    /// Error if the relative error of stiffnesses is such that frequencies have this relative error. It is at most what grows from the
+    /// largest error `most` of deflections.
+    pub(super) fn error_of_frequencies(&self, relative: f64, most: f64) -> f64 {
+        (self.reach * (self.radians * self.elastic_share * relative).min(1.0)).min(most * self.exponent.exp())
     }
 
     /// Longest step for which the error stays within its share of `wanted`, times `tightening`. Runs with different tolerances must not
@@ -123,6 +124,13 @@ mod tests {
             assert!(growth(1.0).longest_step(integrator, wanted, 0.2) < 0.9 * step);
         }
         assert_eq!(growth(0.2 * wanted).longest_step(&RADAU, wanted, 1.0), f64::INFINITY);
+    }
+
+    #[test]
+    fn wrong_stiffnesses_change_a_growth_by_at_most_what_grows_from_deflections() {
+        let most = 1e-9;
+        assert_eq!(growth(1.0).error_of_frequencies(0.01, f64::INFINITY), 0.01 * 15.0 * 2.0);
+        assert_eq!(growth(1.0).error_of_frequencies(0.01, most), most * 12.0_f64.exp());
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Linear response of a model about its start, with some of its modes only.
+//! Linear response of a model about its start.
 //!
 //! In the linear theory of straight rods the static response of higher Legendre polynomials does not move the tip at all: what missing modes
 //! change there is dynamic, by the inertia that couples them to the modes of the model, and it differs from vibration to vibration. The linear
@@ -6,11 +6,9 @@
 //! the space error as far as the motion itself is linear.
 
 use super::paths::{distances, largest, range};
-use crate::analysis::normalised::scaled;
-use crate::analysis::refined::embed;
-use crate::analysis::small_motions::SmallMotions;
+use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::model::Model;
-use crate::numerics::linalg::Matrix;
+use crate::numerics::linalg::dot;
 
 /// Largest number of times at which responses are compared.
 const MAX_TIMES: usize = 128;
@@ -33,35 +31,20 @@ const SAME_STEP: f64 = 1e-9;
 /// Below this half difference of exponents a vibration counts as critically damped, which is right to 1e-12; the quotient loses six digits there.
 const CRITICAL_DAMPING: f64 = 1e-6;
 
-/// Small motions of a model about its start at some times.
-pub(super) struct Linear {
-    start: [Vec<f64>; 2],
-    times: Vec<f64>,
-    /// Generalised forces on the model at rest in its initial shape at these times, a single one if they are constant.
-    forces: Vec<Vec<f64>>,
-    mass: Matrix,
-    damping: Matrix,
-    stiffness: Matrix,
-    /// Typical sizes of the coordinates.
-    sizes: Vec<f64>,
-}
-
-/// Linear response of some coordinates.
+/// Linear response of a model about its start.
 pub(super) struct Response {
-    /// Measured places at all times.
+    /// Measured places at some times.
     pub(super) places: Vec<[f64; 3]>,
-    /// Frequencies in rad/s, zero without restoring force, and shapes of the undamped vibrations, in coordinates over their sizes.
-    frequencies: Vec<f64>,
-    shapes: Matrix,
-    chosen: Vec<usize>,
+    times: usize,
+    modes: Vec<Vibration>,
 }
 
-impl Linear {
-    /// About a start, for at most [`MAX_TIMES`] of the increasing `times`. `elastic` are the stiffnesses of the coordinates: `None` if one of them
-    /// has none, as those of free joints, with closed loops, for large models, and where a function of time fails.
+impl Response {
+    /// At at most [`MAX_TIMES`] of the increasing `times`. `elastic` are the stiffnesses of the coordinates: `None` if one of them has none, as
+    /// those of free joints, with closed loops, for large models, and where a function of time fails or a number is not finite.
     pub(super) fn new<M: Model>(
         model: &mut M,
-        start: [Vec<f64>; 2],
+        [q0, v0]: [&[f64]; 2],
         times: &[f64],
         elastic: &[f64],
     ) -> Option<Self> {
@@ -76,47 +59,23 @@ impl Linear {
         for &t in &times[..if varies { times.len() } else { times.len().min(1) }] {
             model.set_time(t).ok()?;
             let mut tau = vec![0.0; n];
-            model.inverse_dynamics(&start[0], &rest, &rest, &mut tau);
+            model.inverse_dynamics(q0, &rest, &rest, &mut tau);
             forces.push(tau);
         }
-        model.set_time(*times.first()?).ok()?;
-        let [mut mass, mut damping, mut stiffness] = [(); 3].map(|()| Matrix::zeros(n, n));
-        model.mass_matrix(&start[0], &mut mass);
-        model.weighted_tangent(&start[0], &rest, &rest, [0.0, 1.0, 0.0], &mut damping);
-        model.weighted_tangent(&start[0], &rest, &rest, [1.0, 0.0, 0.0], &mut stiffness);
+        let modes = Spectrum::fast(model, *times.first()?, [q0, v0])?.modes;
         let sizes = model.facts().typical_coordinates.clone();
-        Some(Self { start, times, forces, mass, damping, stiffness, sizes })
-    }
-
-    /// The response if only these coordinates move. `None` if the mass is singular or a number is not finite.
-    pub(super) fn path<M: Model>(&self, model: &mut M, chosen: &[usize]) -> Option<Response> {
-        let n = chosen.len();
-        let sizes: Vec<f64> = chosen.iter().map(|&i| self.sizes[i]).collect();
-        let part = |a: &Matrix| scaled(Matrix::from_fn(n, n, |i, j| a[(chosen[i], chosen[j])]), &sizes);
-        let [mass, damping, stiffness] = [&self.mass, &self.damping, &self.stiffness].map(part);
-        let (error, change, basis) = (Matrix::zeros(n, n), Matrix::zeros(n, n), Matrix::identity(n, n));
-        let motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.clone() };
-        let modal = motions.is_finite().then(|| motions.modal()).flatten()?;
-        let [q0, v0] = &self.start;
         let mut from = Vec::new();
         model.places(q0, &mut from);
-        let mut path: Vec<[f64; 3]> =
-            from.iter().copied().cycle().take(from.len() * self.times.len()).collect();
-        let duration = self.times[self.times.len() - 1] - self.times[0];
-        for (k, &square) in modal.squared_frequencies.iter().enumerate() {
-            let column = modal.shapes.column(k);
-            let shape: Vec<f64> = column.iter().zip(&sizes).map(|(x, size)| x * size).collect();
-            let along = |values: &[f64]| chosen.iter().zip(&shape).map(|(&i, x)| values[i] * x).sum::<f64>();
-            let momentum = &motions.mass * column;
-            let velocity =
-                chosen.iter().zip(&sizes).zip(momentum.iter()).map(|((&i, size), p)| v0[i] / size * p).sum();
-            let forces: Vec<f64> = self.forces.iter().map(|tau| -along(tau)).collect();
-            let square = square.max((SLOWEST_ANGLE / duration).powi(2));
-            let response = response([square, modal.damping[(k, k)], velocity], &forces, &self.times);
-            let step = DISPLACEMENT / column.amax();
+        let mut path: Vec<[f64; 3]> = from.iter().copied().cycle().take(from.len() * times.len()).collect();
+        let duration = times[times.len() - 1] - times[0];
+        for Vibration { frequency, damping, shape, velocity, .. } in &modes {
+            let forces: Vec<f64> = forces.iter().map(|tau| -dot(tau, shape)).collect();
+            let square = frequency.max(SLOWEST_ANGLE / duration).powi(2);
+            let response = response([square, *damping, *velocity], &forces, &times);
+            let largest = shape.iter().zip(&sizes).map(|(x, size)| (x / size).abs()).fold(0.0, f64::max);
+            let step = DISPLACEMENT / largest;
             let mut to = Vec::new();
-            let moved = embed(&shape, chosen, q0.len());
-            model.places(&q0.iter().zip(moved).map(|(q, x)| q + step * x).collect::<Vec<_>>(), &mut to);
+            model.places(&q0.iter().zip(shape).map(|(q, x)| q + step * x).collect::<Vec<_>>(), &mut to);
             for (places, x) in path.chunks_exact_mut(from.len()).zip(response) {
                 for (place, (from, to)) in places.iter_mut().zip(from.iter().zip(&to)) {
                     (0..3).for_each(|i| place[i] += x / step * (to[i] - from[i]));
@@ -124,40 +83,31 @@ impl Linear {
             }
         }
         let is_finite = path.iter().flatten().all(|x| x.is_finite());
-        let frequencies = modal.squared_frequencies.iter().map(|square| square.max(0.0).sqrt()).collect();
-        is_finite.then(|| Response {
-            places: path,
-            frequencies,
-            shapes: modal.shapes,
-            chosen: chosen.to_vec(),
-        })
+        is_finite.then_some(Self { places: path, times: times.len(), modes })
     }
 
-    /// Frequencies of the vibrations of a response, with their relative differences from those of the same shapes in a finer one.
-    pub(super) fn errors_of_frequencies(&self, coarse: &Response, fine: &Response) -> Vec<(f64, f64)> {
-        let (rows, columns) = (&coarse.chosen, &fine.chosen);
-        let size = |i: usize| self.sizes[i];
-        let mass = Matrix::from_fn(rows.len(), columns.len(), |i, j| {
-            size(rows[i]) * self.mass[(rows[i], columns[j])] * size(columns[j])
-        });
-        let alike = coarse.shapes.tr_mul(&(mass * &fine.shapes));
-        let of_vibration = |(k, &frequency): (usize, &f64)| {
-            let overlap = |i: &usize| alike[(k, *i)].abs();
-            let same = (0..alike.ncols()).max_by(|a, b| overlap(a).total_cmp(&overlap(b)))?;
-            (frequency > 0.0).then(|| (frequency, (fine.frequencies[same] / frequency - 1.0).abs()))
+    /// Frequencies of the vibrations, with their relative differences from those of the same shapes in a finer model, in which the
+    /// coordinates of this one have these places.
+    pub(super) fn errors_of_frequencies(&self, fine: &Self, places: &[usize]) -> Vec<(f64, f64)> {
+        let of_vibration = |mode: &Vibration| {
+            let overlap = |fine: &&Vibration| {
+                places.iter().zip(&mode.shape).map(|(&place, x)| fine.momentum[place] * x).sum::<f64>().abs()
+            };
+            let same = fine.modes.iter().max_by(|a, b| overlap(a).total_cmp(&overlap(b)))?;
+            (mode.frequency > 0.0).then(|| (mode.frequency, (same.frequency / mode.frequency - 1.0).abs()))
         };
-        coarse.frequencies.iter().enumerate().filter_map(of_vibration).collect()
+        self.modes.iter().filter_map(of_vibration).collect()
     }
 
-    /// Whether the places of a motion at all times, of which these are some, follow this linear path.
-    pub(super) fn describes(&self, path: &[[f64; 3]], times: usize, places: &[[f64; 3]]) -> bool {
+    /// Whether the places of a motion at all times, of which these are some, follow this response.
+    pub(super) fn describes(&self, times: usize, places: &[[f64; 3]]) -> bool {
         let number = places.len() / times.max(1);
         if number == 0 {
             return false;
         }
         let some: Vec<[f64; 3]> =
             places.chunks_exact(number).step_by(stride(times)).flatten().copied().collect();
-        largest(&distances(&some, path)) <= LARGEST_DEPARTURE * range(&some, self.times.len())
+        largest(&distances(&some, &self.places)) <= LARGEST_DEPARTURE * range(&some, self.times)
     }
 }
 

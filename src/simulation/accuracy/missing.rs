@@ -5,8 +5,8 @@
 //! matter, and which fraction of the missing displacement a model with only two more modes per strain
 //! captures. Kinks, point loads and springs near an end act on much higher modes than the next ones.
 
-use super::linear::Linear;
-use super::paths::{largest, size};
+use super::linear::Response;
+use super::paths::{largest, size, turned};
 use crate::analysis::refined::{all_places, embed, places_of_modes};
 use crate::model::constraint::one_sided;
 use crate::model::{ForwardScratch, Model};
@@ -48,15 +48,19 @@ const SINGULAR: f64 = 1e-9;
 /// (`benches/python/accuracy/honesty.py --space`).
 pub(super) const SAFETY: f64 = 2.0;
 
+/// A vibration that is lost, or has the wrong phase, moves by up to twice its deflection.
+const DEFLECTIONS: f64 = 2.0;
+
 /// A bound below this part of what was asked needs no better one.
 const SUFFICIENT_BOUND: f64 = 0.5;
 
 /// Upper bound of the tip error, relative to the length.
 const FARTHEST: f64 = 2.0;
 
-/// The numbers of modes of a finer model for comparison, and the estimate of its effect by forces.
-pub(super) struct Finer {
-    modes: Vec<usize>,
+/// A finer model for comparison, and the estimate of its effect by forces.
+pub(super) struct Finer<M> {
+    /// `None` if it would be too large, or is not needed.
+    pub(super) model: Option<M>,
     pub(super) estimate: Estimate,
     /// Frequencies of the vibrations about the start, in rad/s, with the relative errors that the finer model shows; empty if unknown.
     pub(super) frequencies: Vec<(f64, f64)>,
@@ -64,12 +68,7 @@ pub(super) struct Finer {
     places: Vec<usize>,
 }
 
-impl Finer {
-    /// The finer model; `None` if it would be too large.
-    pub(super) fn model<M: Model>(&self, coarse: &M) -> Option<M> {
-        coarse.with_modes(&self.modes)
-    }
-
+impl<M> Finer<M> {
     /// Converts coordinates of the coarse model to those of the finer one, which has `n`.
     pub(super) fn embed(&self, values: &[f64], n: usize) -> Vec<f64> {
         embed(values, &self.places, n)
@@ -80,7 +79,7 @@ impl Finer {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Estimate {
     /// By the modes of the finer model.
-    finds: f64,
+    pub(super) finds: f64,
     /// By modes that even the finer model lacks, without fast strains.
     leaves: f64,
     /// By fast strains.
@@ -88,6 +87,8 @@ pub(super) struct Estimate {
     /// Ratio of elastic energies of variation: that of the missing displacements without fast strains, over that of the motion. It is
     /// twice the relative error of frequencies (Rayleigh's quotient).
     pub(super) energy: f64,
+    /// Upper bound of the error of the tip, relative to the length, if the motion has none of its deflections.
+    pub(super) by_deflection: f64,
     /// Upper bound that is clearly smaller than what was asked, in which all vibrations but the largest one are lost.
     pub(super) at_most: Option<f64>,
     /// Difference of the linear responses of the coarse and of the finer model.
@@ -124,14 +125,15 @@ impl Estimate {
 
 /// A finer model for comparison with `coarse`, given its motion from `q0`, `v0` and the measured places on it, whose steps resolved frequencies up to
 /// `resolved` rad/s. An error is the reason why there is none; `None` for models that are not discretised.
-/// `late_at_most` is the error of the tip by a relative error of the frequency of the largest vibration, without all others.
+/// `late_at_most` is the error of the tip by a relative error of the frequency of the largest vibration, without all others, in which
+/// vibrations have at most the second argument.
 pub(super) fn finer<M: Model + Clone>(
     coarse: &M,
     (motion, tips): (&Simulation, &[[f64; 3]]),
     [q0, v0]: [&[f64]; 2],
-    late_at_most: &dyn Fn(f64) -> f64,
+    late_at_most: &dyn Fn(f64, f64) -> f64,
     [resolved, tolerance]: [f64; 2],
-) -> Result<Option<Finer>, &'static str> {
+) -> Result<Option<Finer<M>>, &'static str> {
     let Some(modes) = coarse.modes() else {
         let why = "its bases are made of pieces, to which no modes can be added";
         return if coarse.facts().is_discretised { Err(why) } else { Ok(None) };
@@ -140,15 +142,13 @@ pub(super) fn finer<M: Model + Clone>(
         modes.iter().map(|&modes| if modes == 0 { of_none } else { modes + of_some }).collect()
     };
     let between = coarse.coordinates_between();
-    let model_with = |fine: &[usize], estimate: Estimate, frequencies: Vec<(f64, f64)>| {
-        let places = all_places(&modes, fine, &between);
-        Ok(Some(Finer { modes: fine.to_vec(), estimate, frequencies, places }))
-    };
     let richest = with_more(MANY_MODES, SOME_MODES);
     let is_small = richest.iter().sum::<usize>() <= MOST_COORDINATES;
     let Some(mut richer) = is_small.then(|| coarse.with_modes(&richest)).flatten() else {
         // The richest model would be too large: the estimate remains unknown.
-        return model_with(&with_more(MORE_MODES, 0), Estimate::default(), Vec::new());
+        let fine = with_more(MORE_MODES, 0);
+        let (model, places) = (coarse.with_modes(&fine), all_places(&modes, &fine, &between));
+        return Ok(Some(Finer { model, estimate: Estimate::default(), frequencies: Vec::new(), places }));
     };
     let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
     let of_modes = |modes: &[usize]| places_of_modes(modes, &richest, &between);
@@ -159,16 +159,19 @@ pub(super) fn finer<M: Model + Clone>(
         if modes[series] == 0 {
             let mut only = modes.clone();
             only[series] = number;
-            if missing.frequency(&mut richer, first) > FAST_FREQUENCY_RATIO * resolved {
+            let only = of_modes(&only);
+            if missing.deforms(&only) == 0.0 {
+                fine[series] = 0;
+            } else if missing.frequency(&mut richer, first) > FAST_FREQUENCY_RATIO * resolved {
                 (fine[series], slow[series]) = (0, 0);
-            } else if !missing.matters(&mut richer, &of_modes(&only), SIGNIFICANT * tolerance) {
+            } else if !missing.matters(&mut richer, &only, SIGNIFICANT * tolerance) {
                 fine[series] = 0;
             }
         }
         first += number;
     }
-    let [found, of_slow, all] =
-        [&fine, &slow, &richest].map(|modes| missing.moved(&mut richer, &of_modes(modes)));
+    let [found, all] = [&fine, &richest].map(|modes| missing.moved(&mut richer, &of_modes(modes)));
+    let of_slow = if slow == richest { all.clone() } else { missing.moved(&mut richer, &of_modes(&slow)) };
     let relative = |to: &[[f64; 3]], from: &[[f64; 3]]| {
         largest(&super::paths::distances(to, from)) / coarse.facts().length
     };
@@ -178,28 +181,43 @@ pub(super) fn finer<M: Model + Clone>(
         fast: relative(&all, &of_slow),
         energy: missing.energy(&of_modes(&slow)),
         is_known: !all.is_empty() && missing.is_well_conditioned(),
+        by_deflection: f64::INFINITY,
         ..Estimate::default()
     };
     // Without a second mode of a strain, nothing tells how far the missing ones reach.
     let has_several = modes.iter().all(|&modes| modes != 1);
-    estimate.at_most = estimate.bound(late_at_most(0.5 * estimate.energy));
-    estimate.at_most = estimate.at_most.filter(|most| has_several && *most <= SUFFICIENT_BOUND * tolerance);
-    if estimate.at_most.is_some() {
-        return model_with(&fine, estimate, Vec::new());
+    let clear = |estimate: &Estimate| {
+        let bound = estimate.bound(late_at_most(0.5 * estimate.energy, estimate.by_deflection));
+        bound.filter(|bound| has_several && *bound <= SUFFICIENT_BOUND * tolerance)
+    };
+    estimate.at_most = clear(&estimate);
+    if estimate.at_most.is_none() {
+        // All deflections, also those that this model lacks, and what they change of the turns of links meanwhile.
+        let deflected = missing.deflected(&mut richer, &of_modes(&richest)) / coarse.facts().length;
+        let turned = turned(motion, &coarse.facts().turns, &places_of_modes(&modes, &modes, &between));
+        let missed = estimate.finds + estimate.leaves + estimate.fast;
+        estimate.by_deflection = DEFLECTIONS * (deflected + missed) * (1.0 + turned);
+        estimate.at_most = clear(&estimate);
     }
-    let all_of = |modes_of: &[usize]| all_places(modes_of, &richest, &between);
-    let start = [q0, v0].map(|values| embed(values, &all_of(&modes), richer.facts().n));
-    let elastic: Vec<f64> = (0..richer.facts().n).map(|k| missing.stiffness[(k, k)]).collect();
-    let parts = [&all_of(&modes)[..], &all_of(&fine)];
-    let compared = Compared::new(&mut richer, (motion, tips), (start, &elastic), parts).unwrap_or_default();
+    let places = all_places(&modes, &fine, &between);
+    if estimate.at_most.is_some() {
+        return Ok(Some(Finer { model: None, estimate, frequencies: Vec::new(), places }));
+    }
+    let elastic: Vec<f64> =
+        all_places(&fine, &richest, &between).iter().map(|&k| missing.stiffness[(k, k)]).collect();
+    let mut model = coarse.with_modes(&fine);
+    let compared = model.as_mut().and_then(|fine| {
+        Compared::new([&mut coarse.clone(), fine], (motion, tips), [q0, v0], (&elastic, &places))
+    });
+    let Compared { apart, is_linear, frequencies } = compared.unwrap_or_default();
     let facts = coarse.facts();
     let acts_on_high_modes = facts.springs > 0 || facts.length_tendons > 0 || facts.has_contact;
-    estimate.linear = compared.apart / facts.length;
-    estimate.is_linear = compared.is_linear && !acts_on_high_modes;
-    model_with(&fine, estimate, compared.frequencies)
+    estimate.linear = apart / facts.length;
+    estimate.is_linear = is_linear && !acts_on_high_modes;
+    Ok(Some(Finer { model, estimate, frequencies, places }))
 }
 
-/// Linear responses of a model with some of its coordinates and with others.
+/// Linear responses of a model and of a finer one.
 #[derive(Default)]
 struct Compared {
     /// Largest distance between both, in metres.
@@ -212,17 +230,18 @@ struct Compared {
 
 impl Compared {
     fn new<M: Model>(
-        model: &mut M,
+        [coarse, fine]: [&mut M; 2],
         (motion, tips): (&Simulation, &[[f64; 3]]),
-        (start, elastic): ([Vec<f64>; 2], &[f64]),
-        [coarse, fine]: [&[usize]; 2],
+        start: [&[f64]; 2],
+        (elastic, places): (&[f64], &[usize]),
     ) -> Option<Self> {
-        let linear = Linear::new(model, start, &motion.t, elastic)?;
-        let (coarse, fine) = (linear.path(model, coarse)?, linear.path(model, fine)?);
+        let there = start.map(|values| embed(values, places, elastic.len()));
+        let fine = Response::new(fine, there.each_ref().map(Vec::as_slice), &motion.t, elastic)?;
+        let coarse = Response::new(coarse, start, &motion.t, elastic)?;
         Some(Self {
             apart: largest(&super::paths::distances(&coarse.places, &fine.places)),
-            is_linear: linear.describes(&coarse.places, motion.t.len(), tips),
-            frequencies: linear.errors_of_frequencies(&coarse, &fine),
+            is_linear: coarse.describes(motion.t.len(), tips),
+            frequencies: coarse.errors_of_frequencies(&fine, places),
         })
     }
 }
@@ -399,6 +418,17 @@ impl Missing {
             chosen.iter().zip(give).map(|(&place, give)| (give / self.sizes[place]).abs()).fold(0.0, f64::max)
         };
         self.gives(chosen).into_iter().map(relative).fold(0.0, f64::max)
+    }
+
+    /// Largest displacement of the measured places by these coordinates.
+    fn deflected<M: Model>(&self, richer: &mut M, chosen: &[usize]) -> f64 {
+        let mut straight = Vec::new();
+        for [q, _] in &self.states {
+            let mut there = q.clone();
+            chosen.iter().for_each(|&place| there[place] = 0.0);
+            richer.places(&there, &mut straight);
+        }
+        largest(&super::paths::distances(&straight, &self.places))
     }
 
     /// Displacements of the measured places by the static response of these coordinates, in each state.

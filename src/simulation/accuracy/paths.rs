@@ -62,6 +62,15 @@ pub(super) fn range(tips: &[[f64; 3]], times: usize) -> f64 {
     largest(&distances(tips, &starts.collect::<Vec<_>>()))
 }
 
+/// Radians by which joints turn altogether during a motion: all coordinates that turn but the increasing `others`.
+pub(super) fn turned(motion: &Simulation, turns: &[bool], others: &[usize]) -> f64 {
+    let joints: Vec<usize> =
+        (0..motion.n).filter(|k| turns[*k] && others.binary_search(k).is_err()).collect();
+    let rows: Vec<&[f64]> = motion.q.chunks_exact(motion.n.max(1)).collect();
+    let of_pair = |pair: &[&[f64]]| joints.iter().map(|&k| (pair[1][k] - pair[0][k]).abs()).sum::<f64>();
+    rows.windows(2).map(of_pair).sum()
+}
+
 pub(super) fn size(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

@@ -27,6 +27,9 @@ const SIGNIFICANT_FACTOR: f64 = 3.0;
 const COARSE_TOLERANCE: f64 = 1e-3;
 const TYPICAL_ERROR: f64 = 0.1;
 
+/// Largest tolerance of a run that shows a static displacement: looser ones hardly save steps.
+const LOOSEST: f64 = 1e-2;
+
 /// If the change by nodes, estimated by forces, is smaller than this part of the largest accepted change, or larger than it divided by this,
 /// no run is needed.
 const DECISIVE_FACTOR: f64 = 0.3;
@@ -48,9 +51,9 @@ pub(super) fn add_error<M: Model + Clone>(
         Ok(())
     };
     let motion = (&run.simulation, &run.tips[..]);
-    let late_at_most = |relative| plan.following.late_at_most(relative);
+    let late_at_most = |relative, most| plan.following.late_at_most(relative, most);
     let limits = [plan.choice.resolved, wanted];
-    let finer = match finer(plan.model, motion, plan.start, &late_at_most, limits) {
+    let mut finer = match finer(plan.model, motion, plan.start, &late_at_most, limits) {
         Ok(Some(finer)) => finer,
         Ok(None) => return Ok(()),
         Err(why) => return unknown(run, why),
@@ -59,12 +62,16 @@ pub(super) fn add_error<M: Model + Clone>(
         add_space_error(run, error, wanted);
         return Ok(());
     }
-    let late = plan.following.error_of_frequencies(0.5 * finer.estimate.energy, &finer.frequencies);
+    let late = plan.following.error_of_frequencies(
+        0.5 * finer.estimate.energy,
+        &finer.frequencies,
+        finer.estimate.by_deflection,
+    );
     if let Some(error) = finer.estimate.bound(late).filter(|&error| error <= wanted) {
         add_space_error(run, error, wanted);
         return Ok(());
     }
-    let Some(mut model) = finer.model(plan.model) else {
+    let Some(mut model) = finer.model.take() else {
         return unknown(run, "with more modes the model would be too large");
     };
     let n = model.facts().n;
@@ -75,7 +82,8 @@ pub(super) fn add_error<M: Model + Clone>(
     let tightest = run.tolerance.min(TIGHTEST * wanted);
     let fit = (NEGLIGIBLE * wanted / part).min(FIRST_TOLERANCE * wanted).max(tightest);
     let is_large = finer.estimate.bound(late).is_none_or(|bound| TYPICAL_ERROR * bound > COARSE_TOLERANCE);
-    let mut tolerance = if is_large { fit.max(COARSE_TOLERANCE) } else { fit };
+    let shows = (finer.estimate.finds / (SIGNIFICANT_FACTOR * part)).min(LOOSEST);
+    let mut tolerance = fit.max(shows).max(if is_large { COARSE_TOLERANCE } else { 0.0 });
     let error = loop {
         let request = Request { rtol: tolerance, ..plan.request };
         let known = Some(&plan.following);
@@ -131,7 +139,7 @@ pub(super) fn with_nodes<M: Model + Clone>(
     }
     let largest_change = CHANGE_THAT_NEEDS_NODES * wanted;
     if let Some([moved, energy]) = by_nodes(plan.model, &mut model, &run.simulation) {
-        let changed = moved + plan.following.error_of_frequencies(0.5 * energy, &[]);
+        let changed = moved + plan.following.error_of_frequencies(0.5 * energy, &[], f64::INFINITY);
         if changed <= DECISIVE_FACTOR * largest_change || changed >= largest_change / DECISIVE_FACTOR {
             return Ok((changed > largest_change).then_some(model));
         }
