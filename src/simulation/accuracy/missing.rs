@@ -152,24 +152,8 @@ pub(super) fn finer<M: Model + Clone>(
     };
     let missing = Missing::new(coarse, &mut richer, &all_places(&modes, &richest, &between), motion);
     let of_modes = |modes: &[usize]| places_of_modes(modes, &richest, &between);
-    let (mut fine, mut slow) = (with_more(MORE_MODES, ANY_MODES), richest.clone());
-    let mut first = 0;
-    for (series, &number) in richest.iter().enumerate() {
-        first += between[series];
-        if modes[series] == 0 {
-            let mut only = modes.clone();
-            only[series] = number;
-            let only = of_modes(&only);
-            if missing.deforms(&only) == 0.0 {
-                fine[series] = 0;
-            } else if missing.frequency(&mut richer, first) > FAST_FREQUENCY_RATIO * resolved {
-                (fine[series], slow[series]) = (0, 0);
-            } else if !missing.matters(&mut richer, &only, SIGNIFICANT * tolerance) {
-                fine[series] = 0;
-            }
-        }
-        first += number;
-    }
+    let mut fine = with_more(MORE_MODES, ANY_MODES);
+    let slow = missing.leave_out(&mut richer, &mut fine, [&modes, &richest, &between], [resolved, tolerance]);
     let [found, all] = [&fine, &richest].map(|modes| missing.moved(&mut richer, &of_modes(modes)));
     let of_slow = if slow == richest { all.clone() } else { missing.moved(&mut richer, &of_modes(&slow)) };
     let relative = |to: &[[f64; 3]], from: &[[f64; 3]]| {
@@ -314,6 +298,36 @@ impl Missing {
         let mut still = vec![0.0; all];
         richer.inverse_dynamics(&rest, &rest, &rest, &mut still);
         Self { states, stiffness, blocks, sizes, places: from, still }
+    }
+
+    /// Leaves strains that the coarse model does not have out of the `fine` model where they do not deform, are too fast or do not matter. `modes`
+    /// are those of the coarse and of the richest model. Returns those of the richest model without the fast ones.
+    fn leave_out<M: Model>(
+        &self,
+        richer: &mut M,
+        fine: &mut [usize],
+        [modes, richest, between]: [&[usize]; 3],
+        [resolved, tolerance]: [f64; 2],
+    ) -> Vec<usize> {
+        let mut slow = richest.to_vec();
+        let mut first = 0;
+        for (series, &number) in richest.iter().enumerate() {
+            first += between[series];
+            if modes[series] == 0 {
+                let mut only = modes.to_vec();
+                only[series] = number;
+                let only = places_of_modes(&only, richest, between);
+                if self.deforms(&only) == 0.0 {
+                    fine[series] = 0;
+                } else if self.frequency(richer, first) > FAST_FREQUENCY_RATIO * resolved {
+                    (fine[series], slow[series]) = (0, 0);
+                } else if !self.matters(richer, &only, SIGNIFICANT * tolerance) {
+                    fine[series] = 0;
+                }
+            }
+            first += number;
+        }
+        slow
     }
 
     /// Uncoupled frequency of a coordinate at rest, in rad/s; its mass is the force by which it accelerates.

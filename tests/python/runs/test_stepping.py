@@ -199,7 +199,7 @@ def test_durations_that_make_no_sense_are_refused(duration):
         ({"dt": 1e-3, "v0": [np.nan] * 4}, "v0"),
         ({"dt": 1e-3, "t0": np.inf}, "t0"),
         ({"dt": 1e-3, "t0": 1e18}, "dt"),
-        ({"dt": 1e-3, "rho_inf": 0.5}, "rho_inf"),
+        ({"dt": 1e-3, "rho_inf": 1.5}, "rho_inf"),
         ({"dt": 1e-3, "max_step": 0.5}, "max_step"),
     ],
 )
