@@ -47,6 +47,7 @@ pub(super) enum NextStart {
 
 /// Softened contacts of a search, which begins at a shape.
 pub(super) struct StiffnessContinuation {
+    start: Vec<f64>,
     /// Forces on every pair of surfaces, newtons.
     forces: Vec<f64>,
     /// The part of these forces that presses surfaces into each other by their thickness.
@@ -61,16 +62,17 @@ fn enlargement(fraction: f64) -> f64 {
 
 impl StiffnessContinuation {
     pub(super) fn new(model: &mut dyn Static, q: &[f64]) -> Self {
-        Self { forces: forces_on_contacts(model, q), fraction: SOFTEST_FRACTION }
+        Self { start: q.to_vec(), forces: forces_on_contacts(model, q), fraction: SOFTEST_FRACTION }
     }
 
     /// Softens the contacts for the next search. False if none became softer.
     pub(super) fn soften(&self, model: &mut dyn Static) -> bool {
-        let Self { forces, fraction } = self;
+        let Self { start, forces, fraction } = self;
         model.soften_contact(Some(Softened {
             forces,
             fraction: *fraction,
             enlargement: enlargement(*fraction),
+            start,
         }))
     }
 
@@ -82,7 +84,12 @@ impl StiffnessContinuation {
     /// Shrinks obstacles by this part of the change from the search with `fraction` to the next one, without a change of the stiffness.
     pub(super) fn shrink(&self, model: &mut dyn Static, fraction: f64, part: f64) {
         let enlargement = enlargement(fraction) + part * (enlargement(self.fraction) - enlargement(fraction));
-        model.soften_contact(Some(Softened { forces: &self.forces, fraction, enlargement }));
+        model.soften_contact(Some(Softened {
+            forces: &self.forces,
+            fraction,
+            enlargement,
+            start: &self.start,
+        }));
     }
 
     /// Use of the last shape of a search in the next one, with this overlap over the thickness there and at most `deepest` on the way.

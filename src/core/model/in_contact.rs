@@ -27,8 +27,10 @@ pub struct Softened<'a> {
     pub forces: &'a [f64],
     /// The fraction of these forces that presses surfaces into each other by their soft depth.
     pub fraction: f64,
-    /// Enlargement of obstacles, over the largest one.
+    /// Enlargement of obstacles, over the largest one. Obstacles that would press a body from opposite sides in `start` are not enlarged.
     pub enlargement: f64,
+    /// The shape in which the first search begins.
+    pub start: &'a [f64],
 }
 
 /// The deepest of the surfaces that overlap.

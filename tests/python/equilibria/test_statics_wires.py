@@ -174,3 +174,33 @@ def test_wires_of_the_same_shape_rest_on_a_bar(radius, bar):
     assert found.njev <= 100
     # The lower the top of both, the deeper hangs the tip.
     assert rod.pose(found.q, 1.0)[2, 3] == pytest.approx(-0.5975 + 1.8 * (radius + bar), abs=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
+@pytest.mark.parametrize("radius", [5e-4, 2e-3])
+@pytest.mark.parametrize("weight", [10.0, 30.0])
+@pytest.mark.parametrize("upper", [0.3, 0.5])
+def test_a_wire_between_two_bars_stays_there(radius, weight, upper):
+    """Larger obstacles on both sides squeezed it out; the damped motion from the same start says where it belongs."""
+    young, bar, gap = 5e10, 0.015, 1e-4
+    bending_stiffness = young * np.pi * radius**4 / 4
+    segment = lissom.Segment(
+        1.0,
+        radius,
+        young,
+        poisson_ratio=0.3,
+        density=weight * bending_stiffness / (9.81 * np.pi * radius**2),
+        modes={"bend_y": 5, "bend_z": 5},
+        retardation_time=0.3,
+    )
+    contacts = [
+        lissom.Contact("rod", lissom.Capsule((x, -1, z), (x, 1, z), bar))
+        for x, z in [(0.6, -bar - radius - gap), (upper, bar + radius + gap)]
+    ]
+    rod = lissom.Rod([segment], contacts=contacts)
+    found = lissom.statics(rod, space_error=False)
+    assert found.success
+    motion = lissom.simulate(rod, 20.0, dt=0.01, rho_inf=0.5)
+    assert motion.success
+    tips = [rod.pose(q)[:3, 3] for q in (found.q, motion.q[-1])]
+    np.testing.assert_allclose(*tips, atol=2e-3)

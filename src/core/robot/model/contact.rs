@@ -65,7 +65,14 @@ impl InContact for RobotModel {
 
     fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool {
         self.cached.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.soften_contact(soft))
+        let Self { sweeps, coordinates, .. } = self;
+        let Some(soft) = soft else {
+            return on_sweeps!(sweeps, sweeps => sweeps.soften_contact(None));
+        };
+        coordinates.all(
+            [soft.start],
+            |[start]| on_sweeps!(sweeps, sweeps => sweeps.soften_contact(Some(Softened { start, ..soft }))),
+        )
     }
 
     fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {

@@ -79,14 +79,38 @@ impl<G: Turning> Sweeps<G> {
         let mut is_softer = false;
         for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
             (stiffest[p], grown[p]) = (f64::INFINITY, 0.0);
-            let Some(Softened { forces, fraction, enlargement }) = soft else { continue };
+            let Some(Softened { forces, fraction, enlargement, .. }) = soft else { continue };
             stiffest[p] = pair.stiffness_for_soft_depth(fraction * forces[p]);
             if stiffest[p] < pair.law.stiffness {
                 is_softer = true;
                 grown[p] = pair.growth * enlargement;
             }
         }
+        if let Some(Softened { start, .. }) = soft.filter(|_| is_softer) {
+            self.shrink_opposed(start);
+        }
         is_softer
+    }
+
+    /// Takes back the enlargement of obstacles that would press on a link from opposite sides in this shape, also where one moves it towards the
+    /// other by as much as it is enlarged: they would squeeze it out between them.
+    fn shrink_opposed(&mut self, q: &[f64]) {
+        self.work.effects.contact.grown.iter_mut().for_each(|grown| *grown *= 2.0);
+        self.find_touches(q);
+        let ContactState { touches, grown, .. } = &mut self.work.effects.contact;
+        let mut is_opposed = vec![false; grown.len()];
+        for (i, one) in touches.iter().enumerate() {
+            for other in &touches[..i] {
+                let are_opposed = one.contact_point.normal.dot(other.contact_point.normal) < 0.0;
+                if one.pair != other.pair && are_opposed {
+                    (is_opposed[one.pair], is_opposed[other.pair]) = (true, true);
+                }
+            }
+        }
+        for (grown, is_opposed) in grown.iter_mut().zip(is_opposed) {
+            *grown = if is_opposed { 0.0 } else { 0.5 * *grown };
+        }
+        self.forget_touches();
     }
 
     /// The largest overlap over the thickness of the thinner surface and the growth of softened obstacles: of all surfaces, and of those with
