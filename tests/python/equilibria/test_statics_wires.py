@@ -181,7 +181,7 @@ def test_wires_of_the_same_shape_rest_on_a_bar(radius, bar):
 @pytest.mark.parametrize("weight", [10.0, 30.0])
 @pytest.mark.parametrize("upper", [0.3, 0.5])
 def test_a_wire_between_two_bars_stays_there(radius, weight, upper):
-    """Larger obstacles on both sides squeezed it out; the damped motion from the same start says where it belongs."""
+    """Larger obstacles on both sides squeezed it out; the damped motion says where it belongs."""
     young, bar, gap = 5e10, 0.015, 1e-4
     bending_stiffness = young * np.pi * radius**4 / 4
     segment = lissom.Segment(
