@@ -92,17 +92,23 @@ impl<G: Turning> Sweeps<G> {
         is_softer
     }
 
-    /// Takes back the enlargement of obstacles that would press on a link from opposite sides in this shape, also where one moves it towards the
-    /// other by as much as it is enlarged: they would squeeze it out between them.
+    /// Takes back the enlargement of obstacles that would press from opposite sides on what the same coordinates move in this shape, also where
+    /// one moves it towards the other by as much as it is enlarged: they would squeeze it out between them.
     fn shrink_opposed(&mut self, q: &[f64]) {
         self.work.effects.contact.grown.iter_mut().for_each(|grown| *grown *= 2.0);
         self.find_touches(q);
-        let ContactState { touches, grown, .. } = &mut self.work.effects.contact;
+        let Self { plan, work, .. } = self;
+        let pairs = &plan.effects.contacts.pairs;
+        let are_coupled = |a: usize, b: usize| {
+            let mut others = pairs[b].reaches.iter();
+            others.any(|b| pairs[a].reaches.iter().any(|a| a.start < b.end && b.start < a.end))
+        };
+        let ContactState { touches, grown, .. } = &mut work.effects.contact;
         let mut is_opposed = vec![false; grown.len()];
         for (i, one) in touches.iter().enumerate() {
             for other in &touches[..i] {
                 let are_opposed = one.contact_point.normal.dot(other.contact_point.normal) < 0.0;
-                if one.pair != other.pair && are_opposed {
+                if one.pair != other.pair && are_opposed && are_coupled(one.pair, other.pair) {
                     (is_opposed[one.pair], is_opposed[other.pair]) = (true, true);
                 }
             }
