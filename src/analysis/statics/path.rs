@@ -378,7 +378,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             return Ok(None);
         }
         self.invalid_shape = self.equations.invalid_shape(&state.q);
-        if self.invalid_shape.is_some() {
+        if self.invalid_shape.is_some() || self.has_tunnelled(place, &state) {
             return Ok(None);
         }
         if self.equations.would_switch(&state)? {
@@ -424,8 +424,19 @@ impl<'a, 'b> Follower<'a, 'b> {
         let is_near = moved <= ALONG_CORNER * step * steepest;
         let is_same = place.stiffness.changes_until(&stiffness).is_empty();
         self.invalid_shape = self.equations.invalid_shape(&state.q);
-        let is_good = is_near && is_same && self.invalid_shape.is_none() && stiffness.lowest.is_finite();
+        let is_good = is_near
+            && is_same
+            && self.invalid_shape.is_none()
+            && stiffness.lowest.is_finite()
+            && !self.has_tunnelled(place, &state);
         Ok(is_good.then_some(Place { state, direction, stiffness, corrected }))
+    }
+
+    /// Whether surfaces pass through each other on the way from a place to a state: the equilibrium behind an obstacle is another one.
+    fn has_tunnelled(&mut self, place: &Place, state: &State) -> bool {
+        let step = state.since(&place.state, &self.equations.sizes);
+        let length = norm(&step.scaled[..state.q.len()]);
+        self.equations.have_tunnelled(&place.state.q, &state.q, length)
     }
 
     /// Finds the equilibrium near a state at the load factor `target`.

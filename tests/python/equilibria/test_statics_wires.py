@@ -204,3 +204,21 @@ def test_a_wire_between_two_bars_stays_there(radius, weight, upper):
     assert motion.success
     tips = [rod.pose(q)[:3, 3] for q in (found.q, motion.q[-1])]
     np.testing.assert_allclose(*tips, atol=2e-3)
+
+
+@pytest.mark.parametrize("load_steps", [1, 2, 20])
+@pytest.mark.parametrize("modes", [{"bend_y": 5}, {"bend_y": 5, "bend_z": 5}], ids=["plane", "space"])
+def test_load_paths_do_not_go_through_a_bar(modes, load_steps):
+    """The shape beside the bar is in equilibrium, too, but only steps through the bar lead there."""
+    radius, young, bar = 2e-3, 5e10, 0.015
+    density = 30 * young * radius**2 / (4 * 9.81)
+    segment = lissom.Segment(1.0, radius, young, poisson_ratio=0.3, density=density, modes=modes)
+    z = -bar - radius - 1e-4
+    contact = lissom.Contact("rod", lissom.Capsule((0.6, -1, z), (0.6, 1, z), bar))
+    rod = lissom.Rod([segment], contacts=[contact])
+    expected = lissom.statics(rod, space_error=False)
+    found = lissom.statics(rod, load_steps=load_steps, space_error=False)
+    assert expected.success
+    assert found.success
+    assert found.deepest is not None
+    np.testing.assert_allclose(found.q, expected.q, atol=1e-6)
