@@ -28,7 +28,7 @@ use crate::robot::effects::actuator::plan::Line;
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::loops::explain::explain_redundant;
 use crate::robot::effects::loops::{Loop, Tie};
-use crate::robot::explain::{Explanation, Multiplications, cost};
+use crate::robot::explain::{Explanation, Multiplications, cost, implausible_units};
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -514,6 +514,11 @@ impl RobotModel {
                 numbers
             })
         })
+    }
+
+    /// Questions about moduli, densities, widths and a gravity that are probably in other units than SI. Allocates.
+    pub fn implausible_units(&self) -> Vec<String> {
+        implausible_units(&self.robot)
     }
 
     /// The stiffness of every contact: given, of the material or from the loads, in N/m^2 with a rod, otherwise in N/m. Allocates.
