@@ -309,10 +309,12 @@ impl<G: Turning> Sweeps<G> {
         query::overlap_energy(&self.work)
     }
 
-    /// Whether any surfaces overlap.
-    pub(crate) fn overlaps(&mut self, q: &[f64]) -> bool {
-        self.find_touches(q);
-        self.is_touched()
+    /// The coordinates that move either side of contact points with a force, in the motion evaluated last.
+    pub(crate) fn pushed(&self) -> impl Iterator<Item = usize> {
+        let touches = self.work.effects.contact.touches.iter();
+        let pressed = touches.filter(|touch| touch.contact_force.normal_force != 0.0);
+        pressed
+            .flat_map(|touch| self.plan.effects.contacts.pairs[touch.pair].reaches.iter().cloned().flatten())
     }
 
     /// Finds what touches in exactly this shape, without its motion: curvatures of long rods, and of all rods in small units of length, are
