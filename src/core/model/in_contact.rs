@@ -116,6 +116,9 @@ pub trait InImpact: InContact {
     /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, length: Option<f64>);
 
+    /// Multiplies the stiffness of all contacts by a fraction; 1 is that of the model.
+    fn scale_contact_stiffness(&mut self, fraction: f64);
+
     /// Whether any surfaces overlap in a shape.
     fn overlaps(&mut self, q: &[f64]) -> bool;
 

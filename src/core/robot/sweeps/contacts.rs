@@ -92,6 +92,15 @@ impl<G: Turning> Sweeps<G> {
         is_softer
     }
 
+    /// Multiplies the stiffness of every pair by a fraction.
+    pub(crate) fn scale_contact_stiffness(&mut self, fraction: f64) {
+        self.forget_touches();
+        let stiffest = &mut self.work.effects.contact.stiffest;
+        for (stiffest, pair) in stiffest.iter_mut().zip(&self.plan.effects.contacts.pairs) {
+            *stiffest = if fraction < 1.0 { fraction * pair.law.stiffness } else { f64::INFINITY };
+        }
+    }
+
     /// Takes back the enlargement of obstacles that would press from opposite sides on what the same coordinates move in this shape, also where
     /// one moves it towards the other by as much as it is enlarged: they would squeeze it out between them.
     fn shrink_opposed(&mut self, q: &[f64]) {

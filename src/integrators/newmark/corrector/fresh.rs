@@ -23,6 +23,14 @@ const SHORTER: f64 = 0.5;
 /// If a step took more Jacobians than this, the last one is not kept for the next step.
 const MOST_KEPT: usize = 2;
 
+/// The linearisation of friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Friction {
+    Exact,
+    /// As an unknown of its own ([`InImpact::follow_friction`]), which finds where sliding reverses.
+    Followed,
+}
+
 /// An increment at its full length: its size, how far it moves coordinates, and whether the Jacobian was evaluated at its start.
 #[derive(Clone, Copy, Debug)]
 struct Along {
@@ -46,13 +54,14 @@ enum LineSearch {
 impl<V: Numbers> Corrector<V> {
     /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
     /// natural monotonicity test, Deuflhard 2011, section 3.3), or, with contacts, until little of their work is left
-    /// ([`Search`]). A Jacobian is reused if that is cheaper than a fresh one.
+    /// ([`Search`]). A Jacobian is reused if that is cheaper than a fresh one. Begins at the trial; `friction` is how that is linearised.
     pub(super) fn with_fresh_jacobians<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,
         [guess, last]: [&[f64]; 2],
         h: f64,
+        friction: Friction,
         counters: &mut Counters,
     ) -> Solved {
         self.kept = None;
@@ -61,7 +70,7 @@ impl<V: Numbers> Corrector<V> {
         let (mut jacobians, mut is_full) = (0, false);
         for iteration in 0..MAX_FULL_ITERATIONS {
             if renew {
-                if let Some(model) = system.model() {
+                if let Some(model) = system.model().filter(|_| friction == Friction::Followed) {
                     model.follow_friction(Some(length));
                 }
                 if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
