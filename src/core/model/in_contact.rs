@@ -23,9 +23,9 @@ pub enum Reached {
 /// Softened contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Softened<'a> {
-    /// For every pair of surfaces, an estimate of the force on it, newtons.
+    /// For every pair of surfaces, an estimate of the force on it, newtons. Empty: the stiffness of each pair is a fraction of its own.
     pub forces: &'a [f64],
-    /// The fraction of these forces that presses surfaces into each other by their soft depth.
+    /// The fraction of these forces that presses surfaces into each other by their soft depth, or of the stiffnesses.
     pub fraction: f64,
     /// Enlargement of obstacles, over the largest one. Obstacles that would press a body from opposite sides in `start` are not enlarged.
     pub enlargement: f64,
@@ -115,9 +115,6 @@ pub trait InImpact: InContact {
     /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this
     /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, length: Option<f64>);
-
-    /// Multiplies the stiffness of all contacts by a fraction; 1 is that of the model.
-    fn scale_contact_stiffness(&mut self, fraction: f64);
 
     /// Whether any surfaces overlap in a shape.
     fn overlaps(&mut self, q: &[f64]) -> bool;

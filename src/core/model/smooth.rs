@@ -206,8 +206,6 @@ impl<M: Smooth> InImpact for M {
 
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
-    fn scale_contact_stiffness(&mut self, _fraction: f64) {}
-
     fn overlaps(&mut self, _q: &[f64]) -> bool {
         false
     }

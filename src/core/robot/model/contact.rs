@@ -167,11 +167,6 @@ impl InImpact for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
     }
 
-    fn scale_contact_stiffness(&mut self, fraction: f64) {
-        self.cached.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.scale_contact_stiffness(fraction));
-    }
-
     fn overlaps(&mut self, q: &[f64]) -> bool {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))

@@ -80,25 +80,19 @@ impl<G: Turning> Sweeps<G> {
         for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
             (stiffest[p], grown[p]) = (f64::INFINITY, 0.0);
             let Some(Softened { forces, fraction, enlargement, .. }) = soft else { continue };
-            stiffest[p] = pair.stiffness_for_soft_depth(fraction * forces[p]);
+            stiffest[p] = match forces.get(p) {
+                Some(force) => pair.stiffness_for_soft_depth(fraction * force),
+                None => fraction * pair.law.stiffness,
+            };
             if stiffest[p] < pair.law.stiffness {
                 is_softer = true;
                 grown[p] = pair.growth * enlargement;
             }
         }
-        if let Some(Softened { start, .. }) = soft.filter(|_| is_softer) {
+        if let Some(Softened { start, .. }) = soft.filter(|soft| is_softer && soft.enlargement > 0.0) {
             self.shrink_opposed(start);
         }
         is_softer
-    }
-
-    /// Multiplies the stiffness of every pair by a fraction.
-    pub(crate) fn scale_contact_stiffness(&mut self, fraction: f64) {
-        self.forget_touches();
-        let stiffest = &mut self.work.effects.contact.stiffest;
-        for (stiffest, pair) in stiffest.iter_mut().zip(&self.plan.effects.contacts.pairs) {
-            *stiffest = if fraction < 1.0 { fraction * pair.law.stiffness } else { f64::INFINITY };
-        }
     }
 
     /// Takes back the enlargement of obstacles that would press from opposite sides on what the same coordinates move in this shape, also where

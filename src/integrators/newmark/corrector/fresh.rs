@@ -3,7 +3,9 @@
 use super::super::numbers::Numbers;
 use super::super::search::Search;
 use super::super::trial::Trial;
-use super::{Corrector, FRESH_ITERATIONS, JacobianHistory, NEGLIGIBLE, larger_rate, left_after, may_touch};
+use super::{
+    Corrector, FRESH_ITERATIONS, Friction, JacobianHistory, NEGLIGIBLE, larger_rate, left_after, may_touch,
+};
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed};
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
@@ -22,14 +24,6 @@ const SHORTER: f64 = 0.5;
 
 /// If a step took more Jacobians than this, the last one is not kept for the next step.
 const MOST_KEPT: usize = 2;
-
-/// The linearisation of friction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Friction {
-    Exact,
-    /// As an unknown of its own ([`InImpact::follow_friction`]), which finds where sliding reverses.
-    Followed,
-}
 
 /// An increment at its full length: its size, how far it moves coordinates, and whether the Jacobian was evaluated at its start.
 #[derive(Clone, Copy, Debug)]

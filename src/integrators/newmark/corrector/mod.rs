@@ -26,8 +26,6 @@ use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Sol
 use crate::model::InImpact;
 use crate::numerics::tape::Tape;
 
-use fresh::Friction;
-
 /// Maximum number of iterations before the next fallback of [`Corrector::solve`].
 const MAX_ITERATIONS: usize = 20;
 
@@ -81,8 +79,8 @@ const SMALLEST_TOLERANCE: f64 = 1e-100;
 /// Without inertia steps are solved to this part of the sizes of coordinates, whatever their duration.
 const QUASI_STATIC_TOLERANCE: f64 = 1e-9;
 
-/// Solves that needed softer contacts are followed by ones that begin with these; every so many the contacts of the model are tried first
-/// again. With 4 a wire over an edge takes a tenth more iterations.
+/// Solves that needed softer contacts are followed by ones that begin with these; after so many the contacts of the model are tried first
+/// again. With 4 a wire over an edge takes a tenth more iterations. Solves that softer contacts did not help are followed by so many without.
 const STIFF_AGAIN: usize = 16;
 
 /// Typical number of iterations with a fresh Jacobian.
@@ -127,6 +125,14 @@ struct SolveProgress {
     is_fresh: bool,
 }
 
+/// The linearisation of friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Friction {
+    Exact,
+    /// As an unknown of its own ([`InImpact::follow_friction`]), which finds where sliding reverses.
+    Followed,
+}
+
 /// Comparison of an increment with the previous one.
 #[derive(Clone, Copy, Debug)]
 enum Judgement {
@@ -150,6 +156,8 @@ pub(super) struct Corrector<V> {
     might_touch: bool,
     /// Number of the last solves, one after the other, by way of softer contacts.
     softly_solved: usize,
+    /// Number of the next solves that do without, after one that they did not help.
+    softly_failed: usize,
     linear: LinearSystem,
     /// Displacements at which the Jacobian was evaluated.
     q_jacobian: V,
@@ -203,6 +211,7 @@ impl<V: Numbers> Corrector<V> {
             kept: None,
             might_touch: false,
             softly_solved: 0,
+            softly_failed: 0,
             linear: LinearSystem::empty(),
             q_jacobian: V::zeros(n),
             v_jacobian: V::zeros(n),
@@ -278,10 +287,14 @@ impl<V: Numbers> Corrector<V> {
             tape.number(&mut kept.steps);
             tape.number(&mut kept.cost);
         });
-        // Both in one number: simulations saved by earlier versions have the flag alone.
-        let mut touching = usize::from(self.might_touch) + 2 * self.softly_solved;
+        // In one number: simulations saved by earlier versions have the flag alone. Of the counts, none of which is larger than
+        // `STIFF_AGAIN`, one at least is zero.
+        let mut touching =
+            usize::from(self.might_touch) + 2 * (self.softly_solved + (STIFF_AGAIN + 1) * self.softly_failed);
         tape.count(&mut touching);
-        (self.might_touch, self.softly_solved) = (touching % 2 == 1, touching / 2);
+        self.might_touch = touching % 2 == 1;
+        (self.softly_solved, self.softly_failed) =
+            (touching / 2 % (STIFF_AGAIN + 1), touching / 2 / (STIFF_AGAIN + 1));
         if tape.reads() {
             self.prepare(system);
         }
@@ -337,12 +350,13 @@ impl<V: Numbers> Corrector<V> {
             self.contraction = Contraction::unknown();
             trial.set(guess);
         }
-        let may_soften = !V::IS_PLAIN && !self.is_at_rest && system.facts().has_contact;
+        let may_soften =
+            !V::IS_PLAIN && !self.is_at_rest && system.facts().has_contact && self.softly_failed == 0;
+        self.softly_failed = self.softly_failed.saturating_sub(1);
         let begins_softly = may_soften && !self.softly_solved.is_multiple_of(STIFF_AGAIN);
         let mut outcome = Err(Failure::NotConverged);
         if begins_softly {
             outcome = self.with_softer_contacts(system, trial, [guess, last], h, counters)?;
-            self.softly_solved += 1;
         }
         if outcome.is_err() {
             trial.set(guess);
@@ -354,10 +368,10 @@ impl<V: Numbers> Corrector<V> {
                 model.follow_friction(None);
             }
             outcome = solved?;
-            self.softly_solved = 0;
             if outcome.is_err() && may_soften && !begins_softly && may_touch::<_, V>(system) {
                 outcome = self.with_softer_contacts(system, trial, [guess, last], h, counters)?;
-                self.softly_solved = usize::from(outcome.is_ok());
+            } else if !begins_softly {
+                self.softly_solved = 0;
             }
         }
         self.might_touch = may_touch::<_, V>(system);

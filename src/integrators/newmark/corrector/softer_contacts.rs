@@ -9,10 +9,9 @@
 use super::super::numbers::Numbers;
 use super::super::search::Search;
 use super::super::trial::Trial;
-use super::Corrector;
-use super::fresh::Friction;
+use super::{Corrector, Friction, STIFF_AGAIN};
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
-use crate::model::InImpact;
+use crate::model::{InContact, Softened};
 use crate::numerics::linalg::dot;
 
 /// Fractions of the stiffness. Steel wires of 0.5 mm on a floor and over an edge need a tenth more iterations if the first is 1e-4; if it is
@@ -40,17 +39,26 @@ impl<V: Numbers> Corrector<V> {
         trial.set(guess);
         let mut approached = Ok(Ok(()));
         for fraction in FRACTIONS {
-            scale_stiffness(system, fraction);
+            soften(system, &trial.q, fraction);
             approached = self.approach(system, trial, [guess, last], h, counters);
             if !matches!(approached, Ok(Ok(()))) {
                 break;
             }
         }
-        scale_stiffness(system, 1.0);
-        match approached? {
-            Ok(()) => self.with_fresh_jacobians(system, trial, [guess, last], h, Friction::Exact, counters),
-            Err(failure) => Ok(Err(failure)),
+        if let Some(model) = system.model() {
+            model.soften_contact(None);
         }
+        let solved = match approached? {
+            Ok(()) => {
+                self.with_fresh_jacobians(system, trial, [guess, last], h, Friction::Exact, counters)?
+            }
+            Err(failure) => Err(failure),
+        };
+        (self.softly_solved, self.softly_failed) = match solved {
+            Ok(()) => (self.softly_solved % STIFF_AGAIN + 1, 0),
+            Err(_) => (0, STIFF_AGAIN),
+        };
+        Ok(solved)
     }
 
     /// Comes near the solution with the present stiffness. Increments that a few cuts do not make acceptable are taken: better ones
@@ -99,8 +107,8 @@ impl<V: Numbers> Corrector<V> {
     }
 }
 
-fn scale_stiffness<S: SecondOrderSystem + ?Sized>(system: &mut S, fraction: f64) {
+fn soften<S: SecondOrderSystem + ?Sized>(system: &mut S, start: &[f64], fraction: f64) {
     if let Some(model) = system.model() {
-        model.scale_contact_stiffness(fraction);
+        model.soften_contact(Some(Softened { forces: &[], fraction, enlargement: 0.0, start }));
     }
 }
