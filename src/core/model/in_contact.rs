@@ -23,9 +23,9 @@ pub enum Reached {
 /// Softened contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Softened<'a> {
-    /// For every pair of surfaces, an estimate of the force on it, newtons.
+    /// For every pair of surfaces, an estimate of the force on it, newtons. Empty: the stiffness of each pair is a fraction of its own.
     pub forces: &'a [f64],
-    /// The fraction of these forces that presses surfaces into each other by their soft depth.
+    /// The fraction of these forces that presses surfaces into each other by their soft depth, or of the stiffnesses.
     pub fraction: f64,
     /// Enlargement of obstacles, over the largest one. Obstacles that would press a body from opposite sides in `start` are not enlarged.
     pub enlargement: f64,

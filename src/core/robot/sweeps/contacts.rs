@@ -80,13 +80,16 @@ impl<G: Turning> Sweeps<G> {
         for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
             (stiffest[p], grown[p]) = (f64::INFINITY, 0.0);
             let Some(Softened { forces, fraction, enlargement, .. }) = soft else { continue };
-            stiffest[p] = pair.stiffness_for_soft_depth(fraction * forces[p]);
+            stiffest[p] = match forces.get(p) {
+                Some(force) => pair.stiffness_for_soft_depth(fraction * force),
+                None => fraction * pair.law.stiffness,
+            };
             if stiffest[p] < pair.law.stiffness {
                 is_softer = true;
                 grown[p] = pair.growth * enlargement;
             }
         }
-        if let Some(Softened { start, .. }) = soft.filter(|_| is_softer) {
+        if let Some(Softened { start, .. }) = soft.filter(|soft| is_softer && soft.enlargement > 0.0) {
             self.shrink_opposed(start);
         }
         is_softer
