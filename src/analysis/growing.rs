@@ -45,11 +45,6 @@ pub(crate) struct Growing {
     pub(crate) of_places: Vec<Complex>,
 }
 
-/// The rate, in 1/s, up to which a growth is little in this time.
-pub(crate) fn least_rate(time: f64) -> f64 {
-    LITTLE_GROWTH.ln() / time
-}
-
 /// The amplitude excited by these forces or displacements.
 pub(crate) fn amplitude(weights: &[Complex], values: &[f64]) -> f64 {
     weights.iter().zip(values).map(|(weight, value)| weight * value).sum::<Complex>().norm()
@@ -171,16 +166,13 @@ impl Growing {
             |a: &Matrix, power: i32| Matrix::from_fn(n, a.ncols(), |i, k| a[(i, k)] * sizes[i].powi(power));
         let motions = SmallMotions { mass, damping, stiffness, error, change, basis, sizes: sizes.clone() };
         let modal = motions.modal()?;
-        if !modal.outgrows(least_rate(time)) {
-            return Some(Vec::new());
-        }
         let momenta = unscaled(&(&motions.mass * &modal.shapes), -1);
         let mut shapes = unscaled(&modal.shapes, 1);
         if let Some(turned) = &turned {
             shapes = &turned.maps[0] * shapes;
         }
         let mut found = Self::of(&modal, [&shapes, &momenta], &sizes, [&v, &a]);
-        found.retain(|growing| growing.rate > least_rate(time));
+        found.retain(|growing| growing.rate * time > LITTLE_GROWTH.ln());
         Some(found)
     }
 }

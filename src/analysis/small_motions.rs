@@ -8,9 +8,7 @@ use crate::analysis::spring_forces::SpringForces;
 use crate::analysis::weakly_active;
 use crate::model::constraint::inverse_length;
 use crate::model::{Reached, Static};
-use crate::numerics::linalg::{
-    Complex, Matrix, eigen_both, eigenvalues, full_svd, symmetric_eigen, symmetric_part,
-};
+use crate::numerics::linalg::{Complex, Matrix, eigen_both, full_svd, symmetric_eigen, symmetric_part};
 use crate::numerics::pencil;
 use crate::numerics::pencil::Eigenpairs;
 
@@ -65,15 +63,6 @@ pub(crate) struct Modal {
     /// Modal damping, without entries at the level of rounding.
     pub(crate) damping: Matrix,
     error: Matrix,
-}
-
-/// First-order equations of modal velocities, and of displacements times frequencies.
-struct StateEquations {
-    matrix: Matrix,
-    /// Frequency of each mode by which its displacement is multiplied.
-    frequencies: Vec<f64>,
-    /// Rate, mode, and whether it is the velocity, of every row.
-    states: Vec<(f64, usize, bool)>,
 }
 
 /// A motion `x exp(s t)`.
@@ -247,11 +236,13 @@ impl Modal {
         -(&self.damping * a + &self.stiffness * v)
     }
 
-    /// The matrix of the state equations. Its rows are sorted by their rates, fastest first: from such a graded matrix the QR algorithm finds
-    /// slow eigenvalues as accurately as fast ones.
-    fn state_equations(&self) -> StateEquations {
+    /// Damped motions from the eigenvalues of a state matrix. Its rows are sorted by their rates, fastest first: from such a graded
+    /// matrix the QR algorithm finds slow eigenvalues as accurately as fast ones. Each neutral mode without coupling is one motion of rate
+    /// zero; the steady drift along it is left out.
+    pub(crate) fn motions(&self) -> Option<Vec<Motion>> {
         let n = self.n();
         let (k, d) = (&self.stiffness, &self.damping);
+        let is_idle = |i: usize| k.column(i).iter().all(|x| *x == 0.0);
         // Displacements are multiplied by frequencies to have the units of velocities.
         let slowest = self
             .squared_frequencies
@@ -260,19 +251,23 @@ impl Modal {
             .filter(|w| *w > 0.0)
             .fold(f64::INFINITY, f64::min);
         let slowest = if slowest.is_finite() { slowest } else { 1.0 };
-        let of_mode = |&squared: &f64| if squared == 0.0 { slowest } else { squared.abs().sqrt() };
-        let frequencies: Vec<f64> = self.squared_frequencies.iter().map(of_mode).collect();
-        let frequency = |i: usize| frequencies[i];
+        let frequency = |i: usize| {
+            if self.squared_frequencies[i] == 0.0 {
+                slowest
+            } else {
+                self.squared_frequencies[i].abs().sqrt()
+            }
+        };
         let mut states: Vec<(f64, usize, bool)> = Vec::with_capacity(2 * n);
         for i in 0..n {
             let fast = frequency(i).max(d[(i, i)].abs());
             states.push((fast, i, true));
-            if !self.is_idle(i) {
+            if !is_idle(i) {
                 states.push((frequency(i) * (frequency(i) / fast), i, false));
             }
         }
         states.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let matrix = Matrix::from_fn(states.len(), states.len(), |row, column| {
+        let state = Matrix::from_fn(states.len(), states.len(), |row, column| {
             let ((_, i, is_velocity), (_, j, of_velocity)) = (states[row], states[column]);
             match (is_velocity, of_velocity) {
                 (false, false) => 0.0,
@@ -287,27 +282,6 @@ impl Modal {
                 (true, true) => -d[(i, j)],
             }
         });
-        StateEquations { matrix, frequencies, states }
-    }
-
-    /// Whether a mode is neutral and coupled to no other.
-    fn is_idle(&self, i: usize) -> bool {
-        self.stiffness.column(i).iter().all(|x| *x == 0.0)
-    }
-
-    /// Whether an eigenvalue of the state matrix tells of a growth that is faster than this rate, in 1/s. A third of the cost of all motions.
-    /// True if eigenvalues are unknown.
-    pub(crate) fn outgrows(&self, rate: f64) -> bool {
-        let grows = |value: Complex| value.re > (SMALLEST_GROWTH_RATE * value.norm()).max(rate);
-        eigenvalues(&self.state_equations().matrix).is_none_or(|values| values.into_iter().any(grows))
-    }
-
-    /// Damped motions from the eigenvalues of a state matrix. Each neutral mode without coupling is one motion of rate zero; the steady drift
-    /// along it is left out.
-    pub(crate) fn motions(&self) -> Option<Vec<Motion>> {
-        let n = self.n();
-        let is_idle = |i: usize| self.is_idle(i);
-        let StateEquations { matrix, frequencies, states } = self.state_equations();
         let unit = |i: usize| (0..n).map(|j| Complex::from(if i == j { 1.0 } else { 0.0 })).collect();
         let nothing = || [(); 2].map(|()| vec![Complex::from(0.0); n]);
         let still = |bound: f64, shape: Vec<Complex>| Motion {
@@ -318,15 +292,15 @@ impl Modal {
         };
         let at_rest = (0..n).filter(|&i| is_idle(i));
         let mut motions: Vec<Motion> = at_rest.map(|i| still(0.0, unit(i))).collect();
-        for (rate, right, left) in eigen_both(&matrix)? {
+        for (rate, right, left) in eigen_both(&state)? {
             let [mut velocity, mut shape] = nothing();
             let [mut of_velocities, mut force] = nothing();
             for (m, &(_, i, is_velocity)) in states.iter().enumerate() {
                 if is_velocity {
                     (velocity[i], force[i]) = (right[m], left[m]);
                 } else {
-                    shape[i] = right[m] / frequencies[i];
-                    of_velocities[i] = left[m] * frequencies[i];
+                    shape[i] = right[m] / frequency(i);
+                    of_velocities[i] = left[m] * frequency(i);
                 }
             }
             let drift = (0..n).filter(|&i| is_idle(i)).map(|i| velocity[i].norm()).fold(0.0, f64::max);

@@ -158,11 +158,6 @@ impl Spectrum {
         })
     }
 
-    /// Whether something about the state may grow faster than this rate, in 1/s.
-    pub(crate) fn outgrows(&self, rate: f64) -> bool {
-        self.modal.may_grow() && self.modal.outgrows(rate)
-    }
-
     /// Motions that grow, with coupling by damping. About 300 n^3 flops if something may grow.
     pub(crate) fn growing(&self) -> Vec<Growing> {
         let Self { modal, shapes, rates, sizes, .. } = self;

@@ -10,7 +10,7 @@ use std::f64::consts::E;
 use super::drive::Drive;
 use super::growth_resolution::GrowthResolution;
 use super::integrator::Integrator;
-use crate::analysis::growing::{Growing, amplitude, least_rate};
+use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
 use crate::model::{ForwardScratch, Model};
@@ -159,9 +159,9 @@ impl Following {
         if !is_near || time == 0.0 {
             return;
         }
-        let growing = match spectrum.outgrows(least_rate(time)) {
-            true => growing(model, t, [q, v], time, &spectrum),
-            false => Vec::new(),
+        let growing = match spectrum.growing().is_empty() {
+            true => Vec::new(),
+            false => growing(model, t, [q, v], time, &spectrum),
         };
         let growths = growing.iter().map(|growing| {
             // What the start excites, and steps may have lost since.
