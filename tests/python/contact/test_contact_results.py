@@ -315,7 +315,7 @@ def test_what_touches_in_part_is_cut_without_jumps():
 
 @pytest.mark.parametrize("place", [-0.006, -0.005, -0.002])
 def test_a_start_within_an_obstacle_is_refused_with_its_largest_overlap(place):
-    """A rod of 0.9 mm beside the axis of a capsule of 8 mm: of several places where it overlaps, the deepest."""
+    """A rod of 0.9 mm beside the axis of a capsule of 8 mm: of several places, the deepest."""
     segment = lissom.Segment(1.0, 0.9e-3, 5e10, 2e10, 6450.0, {"bend_y": 8})
     obstacle = lissom.Capsule((0.2, -0.05, place), (0.2, 0.05, place), 0.008)
     link = lissom.Link("catheter", rod=[segment], position=(-0.55, 0, 0))
