@@ -39,7 +39,7 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) ->
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    low, high = np.array(task.window)
+    low, high = _within_reach(robot, t) if task.window is None else np.array(task.window)
     seen = np.flatnonzero(high > low)
     right, up = np.eye(3)[seen[[0, -1]]]
     # Windows in a plane are seen from its side, those in space obliquely.
@@ -76,3 +76,13 @@ def picture(task: Task, robot: Robot, q: Array, goal: Array | None, t: float) ->
         corner(plot, axes, places.min(axis=0) + 0.5 * AXIS * size, AXIS * size)
     canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _within_reach(robot: Robot, t: float) -> tuple[Array, Array]:
+    """The corners of the box around the bases of the links, as they are at rest, with the robot's reach."""
+    rest = np.zeros(robot.n)
+    bases = [
+        robot.pose(rest, *([0.0] if link.rod else []), link=link.name, t=t)[:3, 3] for link in robot.links
+    ]
+    reach = view(robot).size
+    return np.min(bases, axis=0) - reach, np.max(bases, axis=0) + reach

@@ -105,7 +105,7 @@ class RobotEnv(gymnasium.Env[Array, NDArray[np.float32]]):
         if self._randomise is not None and (self._goal is None or seed is not None):
             self.robot = self.task.variant(self._randomise, self.np_random)
             self.simulation = Simulation(self.robot, **self.task.method)
-        start = self.task.start(self.robot, self.np_random)
+        start = self.task.begun(self.robot, self.np_random)
         self.simulation.reset(q0=start.q, v0=start.v, t0=0.0)
         self._goal = start.goal
         outcome = self.task.seen(self._states(start.goal, np.zeros((1, len(self.task.action_names)))))

@@ -123,8 +123,9 @@ class Task(ABC):
         Default number of actions after which an episode is truncated.
     failed_reward : float
         Reward of a step that fails or leaves the bounds.
-    window : pair of three floats
-        Corners of the box shown in pictures, metres. If the box is flat, pictures look along its normal.
+    window : pair of three floats, optional
+        Corners of the box shown in pictures, metres. If the box is flat, pictures look along its normal. By
+        default what the robot can reach about its bases.
     """
 
     robot: Robot
@@ -135,7 +136,7 @@ class Task(ABC):
     control_step: ClassVar[float]
     max_episode_steps: ClassVar[int]
     failed_reward: ClassVar[float] = 0.0
-    window: ClassVar[tuple[tuple[float, float, float], tuple[float, float, float]]]
+    window: ClassVar[tuple[tuple[float, float, float], tuple[float, float, float]] | None] = None
 
     @abstractmethod
     def start(self, robot: Robot, random: np.random.Generator) -> Start:
@@ -219,6 +220,22 @@ class Task(ABC):
             if got != expected:
                 raise ValueError(f"randomise: expected a robot with the {what} {expected}, got {got}")
         return robot
+
+    def begun(self, robot: Robot, random: np.random.Generator) -> Start:
+        """The `start` of an episode, checked.
+
+        Raises
+        ------
+        TypeError
+            If it is no `Start`.
+        """
+        start = self.start(robot, random)
+        if not isinstance(start, Start):
+            raise TypeError(
+                f"{type(self).__name__}.start: expected a lissom.gym.Start(q, v, goal), got "
+                f"{type(start).__name__}"
+            )
+        return start
 
     def seen(self, states: States) -> Outcome:
         """The `outcome` of states, with the numbers of rows and channels checked.

@@ -276,7 +276,7 @@ class RobotVectorEnv(VectorEnv[Array, NDArray[np.float32], NDArray[Any]]):
         rows = np.flatnonzero(mask)
         robots = self.robots if len(self.robots) == 1 else tuple(self.robots[row] for row in rows)
         starts = [
-            self.task.start(robots[k % len(robots)], self._randoms[row][0]) for k, row in enumerate(rows)
+            self.task.begun(robots[k % len(robots)], self._randoms[row][0]) for k, row in enumerate(rows)
         ]
         q, v, goals = (np.stack([getattr(start, part) for start in starts]) for part in ("q", "v", "goal"))
         self.simulations.reset(rows, q0=q, v0=v, t0=0.0)

@@ -585,3 +585,46 @@ def test_bad_input_of_many_is_refused():
     with pytest.raises(ValueError, match="action"):
         many.step(np.full((3, 1), np.inf))
     assert_array_equal(many.simulations.t, 0.0)
+
+
+class Swing(lissom.gym.Task):
+    """A pole on a motor, without a window for pictures."""
+
+    dt, control_step, max_episode_steps = 5e-3, 0.02, 20
+
+    def __init__(self):
+        bar = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=(0, 1 / 12, 1 / 12))
+        pole = lissom.Link("pole", joint=lissom.Revolute((0, 1, 0)), body=bar)
+        motor = lissom.Motor("pole", torque=lissom.Input("torque"))
+        self.robot = lissom.Robot([pole], actuators=[motor])
+        self.channels = {"angle": 10.0}
+
+    def start(self, robot, random):
+        return lissom.gym.Start(np.zeros(1), np.zeros(1), np.empty(0))
+
+    def inputs(self, actions):
+        return actions
+
+    def outcome(self, states):
+        return lissom.gym.Outcome(states.q, -np.abs(states.q[:, 0]))
+
+
+def test_pictures_need_no_window():
+    """By default they show what the robot can reach."""
+    env = lissom.gym.RobotEnv(Swing(), render_mode="rgb_array")
+    env.reset(seed=0)
+    frame = env.render()
+    assert frame.shape == (400, 400, 3)
+    assert frame.std() > 1.0
+
+
+@pytest.mark.parametrize("make", [lissom.gym.RobotEnv, lambda task: lissom.gym.RobotVectorEnv(task, 2)])
+def test_a_start_that_is_none_is_named(make):
+    class Array(Swing):
+        def start(self, robot, random):
+            return np.zeros(1)
+
+    with pytest.raises(
+        TypeError, match=r"Array.start: expected a lissom.gym.Start\(q, v, goal\), got ndarray"
+    ):
+        make(Array()).reset(seed=0)
