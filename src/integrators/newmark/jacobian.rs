@@ -2,6 +2,7 @@
 
 use super::linear_system::LinearSystem;
 use super::numbers::Numbers;
+use super::options::{Options, RTOL, UNRESOLVED_MOTION};
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, SecondOrderSystem, model_at};
@@ -24,6 +25,8 @@ pub(super) struct Jacobian {
     /// Smallest sizes, at which the absolute tolerance exceeds the relative one, if there is an absolute one. Increments of these sizes
     /// are within the absolute tolerance.
     smallest: Option<Vec<f64>>,
+    /// Without absolute tolerances, accelerations that are solved to nothing but rounding, of coordinates whose size is one.
+    smallest_acceleration: f64,
 }
 
 /// Approximate cost of the tangent of equations of motion given by functions, in residual evaluations.
@@ -50,8 +53,8 @@ const VISIBLE_CHANGE: f64 = 1.8e-12;
 const ENLARGEMENTS: usize = 2;
 
 impl Jacobian {
-    pub(super) fn new(derivative: Derivative, rtol: &[f64], atol: Option<&[f64]>) -> Self {
-        let n = rtol.len();
+    pub(super) fn new(options: &Options, rtol: &[f64], atol: Option<&[f64]>) -> Self {
+        let (n, derivative) = (rtol.len(), options.derivative);
         let memory = if derivative == Derivative::Analytic { 0 } else { n };
         let increment = if derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
         Self {
@@ -61,6 +64,7 @@ impl Jacobian {
             shifted: Trial::new(memory),
             zeros: vec![0.0; memory],
             scale: vec![0.0; memory],
+            smallest_acceleration: UNRESOLVED_MOTION / (RTOL * options.dt * options.dt),
             smallest: atol
                 .map(|atol| rtol.iter().zip(atol).map(|(rtol, atol)| atol / rtol.max(increment)).collect()),
         }
@@ -147,8 +151,7 @@ impl Jacobian {
         let largest_acceleration = norm_inf(&trial.a);
         for i in 0..trial.a.len() {
             let moved = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
-            let [smallest, smallest_acceleration] =
-                self.smallest(i, system.facts().typical_coordinates[i], h);
+            let [smallest, smallest_acceleration] = self.smallest(i, system.facts().typical_coordinates[i]);
             let size = moved.max(smallest);
             let size = if size < SMALLEST_SIZE { SIZE_OF_ZERO } else { size };
             // Accelerations of zero are a guess and do not determine a size.
@@ -183,14 +186,12 @@ impl Jacobian {
 
 impl Jacobian {
     /// The smallest displacement and acceleration that count as sizes, of a coordinate of this size.
-    fn smallest(&self, i: usize, size: f64, h: f64) -> [f64; 2] {
-        match &self.smallest {
-            Some(smallest) => [smallest[i]; 2],
-            None => {
-                let moved = SMALLEST_MOTION * if size > 0.0 { size } else { SIZE_OF_ZERO };
-                [moved, self.increment * moved / (h * h)]
-            }
+    fn smallest(&self, i: usize, size: f64) -> [f64; 2] {
+        if let Some(smallest) = &self.smallest {
+            return [smallest[i]; 2];
         }
+        let size = if size > 0.0 { size } else { SIZE_OF_ZERO };
+        [SMALLEST_MOTION * size, self.smallest_acceleration * size]
     }
 }
 

@@ -86,6 +86,12 @@ impl StepSize {
 pub(crate) const RTOL: f64 = 1e-6;
 pub(crate) const ATOL: f64 = 1e-9;
 
+/// Without an `atol`, accelerations near zero are solved to this part of the sizes of coordinates over the square of the usual step, or of
+/// a longer adaptive one, in any units: what is left moves coordinates by a few spacings of floating-point numbers. In steps of 10 ms of
+/// a robot of one metre it is 6e-10. Runs of 25 models in steps of 0.1 to 10 ms take nearly the same iterations with 16 to 1024 spacings,
+/// and up to six times as many with zero, where a coordinate is zero but for rounding.
+pub(super) const UNRESOLVED_MOTION: f64 = 256.0 * f64::EPSILON;
+
 /// Options of an integration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {

@@ -17,7 +17,7 @@ use super::contraction::Contraction;
 use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
 use super::numbers::Numbers;
-use super::options::Options;
+use super::options::{Options, UNRESOLVED_MOTION};
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed, remaining_error};
@@ -74,11 +74,6 @@ const SIMILAR_INCREMENTS: f64 = 0.5;
 /// Smallest tolerance, for `atol = 0` and an initial guess of zero: the squares of increments in units of the tolerances must not
 /// overflow. Rounding then ends the iteration.
 const SMALLEST_TOLERANCE: f64 = 1e-100;
-
-/// Without an `atol`, accelerations near zero are solved to this part of the sizes of coordinates over the square of the usual step, or of
-/// a longer adaptive one: some spacings of floating-point numbers, in any units. Runs of 15 models in steps of 0.1 to 10 ms take the same
-/// iterations with 16 to 64, and up to six times as many with zero, where a coordinate is zero but for rounding.
-const UNRESOLVED_MOTION: f64 = 64.0 * f64::EPSILON;
 
 /// Without inertia steps are solved to this part of the sizes of coordinates, whatever their duration.
 const QUASI_STATIC_TOLERANCE: f64 = 1e-9;
@@ -195,7 +190,7 @@ impl<V: Numbers> Corrector<V> {
         let n = rtol.len();
         let loosest = rtol.iter().copied().fold(0.0, f64::max);
         Self {
-            jacobian: Jacobian::new(options.derivative, &rtol, atol.as_deref()),
+            jacobian: Jacobian::new(options, &rtol, atol.as_deref()),
             jacobian_cost: 0.0,
             reuse: options.reuse_jacobian,
             dt: options.dt,
