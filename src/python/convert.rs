@@ -455,7 +455,7 @@ pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
 }
 
 /// Description of an entry for messages: its text if short.
-fn describe_entry(value: &Bound<'_, PyAny>) -> String {
+pub(crate) fn describe_entry(value: &Bound<'_, PyAny>) -> String {
     /// Length in bytes.
     const SHORT: usize = 40;
     match value.repr().map(|text| text.to_string()) {

@@ -313,7 +313,7 @@ pub(super) fn along_segment_out(value: &Value, length: f64) -> Option<PyProfile>
 }
 
 fn wrong(name: &str, expected: &str, value: &Bound<'_, PyAny>) -> PyErr {
-    let found = convert::describe(value);
+    let found = convert::describe_entry(value);
     PyTypeError::new_err(format!(
         "{name}: expected {expected}, a table (stations, values) or a function of the arc length X, got {found}"
     ))

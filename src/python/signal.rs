@@ -455,11 +455,13 @@ pub(super) fn signal_of<const N: usize>(
         return functions.function(value, format!("{name}(t)")).map(Signal::Function);
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
-    // Two numbers are not a table, but a vector that is too short.
+    // Two numbers are not a table, but a vector that is too short, and so are texts.
+    let is_text = |part: &Bound<'_, PyAny>| part.is_instance_of::<PyString>();
+    let is_column = |part: &Bound<'_, PyAny>| convert::is_array(part) && !is_text(part);
     let is_table = is_sequence
         && match value.len()? {
-            2 => convert::is_array(&value.get_item(0)?),
-            3 => value.get_item(2)?.is_instance_of::<PyString>(),
+            2 => is_column(&value.get_item(0)?),
+            3 => is_text(&value.get_item(2)?) && !is_text(&value.get_item(0)?),
             _ => false,
         };
     if is_table {

@@ -414,10 +414,14 @@ pub(crate) fn statics<'py>(
         None => Some(Effort::Little),
     };
     let search = move |monitor: Monitor<'_>| {
-        let found = match core::equilibrium(&mut *model, &options, monitor)? {
+        let mut found = match core::equilibrium(&mut *model, &options, monitor)? {
             Ok(found) => found,
             Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, Tendons::default(), None)))),
         };
+        if let (true, Some(robot)) = (found.status.is_success(), model.robot_model()) {
+            // Numbers in any units are in equilibrium.
+            found.message.extend(robot.implausible_units().iter().flat_map(|question| [" ", question]));
+        }
         let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
         let judged = of_robot.transpose().and_then(|tendons| {
             let error =

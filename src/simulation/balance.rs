@@ -198,6 +198,10 @@ pub(crate) struct FlowMeter<'a> {
     /// Bound of the error of the work: the change of the power between successive evaluations, times their distances.
     uncertain: f64,
     power: f64,
+    /// Whether surfaces may touch at the start of the step, and whether they may at neither end: the equations of a step then have no contact
+    /// forces.
+    was_near: bool,
+    is_apart: bool,
     /// The largest powers so far.
     largest: [f64; 2],
     flow: Flow,
@@ -252,6 +256,8 @@ impl<'a> FlowMeter<'a> {
             total: [0.0; 2],
             uncertain: 0.0,
             power: 0.0,
+            was_near: true,
+            is_apart: false,
             largest: [0.0; 2],
             flow: Flow::default(),
         };
@@ -272,13 +278,20 @@ impl<'a> FlowMeter<'a> {
         Self::new(model, Rule::Mean, t0, start, Some(&[])).map(|meter| Self { is_damped: false, ..meter })
     }
 
-    /// Integrates over an accepted step to this state.
+    /// Integrates over an accepted step to this state, the last one that the model has evaluated.
     pub(crate) fn step<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
         state: State<'_>,
     ) -> Result<(), Interrupted> {
         let before = self.total;
+        let is_near = model.facts().has_contact && model.may_touch();
+        self.is_apart = self.is_damped
+            && model.facts().has_contact
+            && self.rule == Rule::Mean
+            && !is_near
+            && !self.was_near;
+        self.was_near = is_near;
         self.add_step(model, &state, self.rule)?;
         match self.t_eval {
             None => self.record(self.total),
@@ -294,6 +307,7 @@ impl<'a> FlowMeter<'a> {
         model: &mut M,
         steps: impl Iterator<Item = [State<'b>; 2]>,
     ) -> Result<(), Interrupted> {
+        (self.was_near, self.is_apart) = (true, false);
         for [start, end] in steps {
             self.begin_at(start);
             let before = self.total;
@@ -504,7 +518,13 @@ impl<'a> FlowMeter<'a> {
         [q, v, a]: [&[f64]; 3],
     ) -> Result<[f64; 2], Interrupted> {
         model.set_time(t)?;
+        if self.is_apart {
+            model.leave_contact(true);
+        }
         let dissipated = if self.is_damped { model.dissipated_power(q, v) } else { 0.0 };
+        if self.is_apart {
+            model.leave_contact(false);
+        }
         let supplied = if self.is_driven { model.supplied_power(q, v, a) } else { 0.0 };
         Ok([dissipated, supplied])
     }

@@ -24,7 +24,7 @@ from .._lissom import (
 )
 from ..model.fibres import STRAINS
 from ..model.starts import rest_start
-from ..model.views import Link, View, view
+from ..model.views import Link, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
@@ -53,22 +53,6 @@ STEPS_PER_IMPACT = 3
 
 #: Larger models are not analysed, so that checking stays quick.
 MOST_COORDINATES = 100
-
-#: Pascals: softer than anything that holds its shape; brain and the softest gels have some 1 kPa
-#: (Engler et al. 2006).
-SOFTEST = 1e3
-
-#: Pascals: stiffer than anything. Diamond has 1.2e12.
-STIFFEST = 2e12
-
-#: Kilograms per cubic metre: lighter than foams, heavier than osmium (22 590).
-LIGHTEST, HEAVIEST = 10.0, 23e3
-
-#: Metres: half the width of a rod whose sizes are probably in millimetres.
-WIDEST = 1.0
-
-#: m/s²: gravity above this is probably in other units.
-STRONGEST_GRAVITY = 100.0
 
 #: Where a doubt about a run says which steps to take.
 _STEPS = re.compile(r"[Tt]ake (steps of|`dt=|shorter steps)")
@@ -114,9 +98,9 @@ def advice(scene: Scene, doubt: str | None = None) -> list[str]:
 
 def about_model(model: Model) -> list[str]:
     """Advice on a model alone: implausible units, and shear that it leaves out."""
-    seen = view(model)
-    shear = [sentence for link in seen.links for sentence in about_shear(link)]
-    return [*about_units(seen), *about_gravity(model), *shear]
+    units = model._implausible_units() if isinstance(model, Robot) else []
+    shear = [sentence for link in view(model).links for sentence in about_shear(link)]
+    return [*units, *shear]
 
 
 def about_inputs(model: Model) -> list[str]:
@@ -264,34 +248,6 @@ def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
         f"and number {worst + 1}, {frequencies[worst]:.3g} Hz, becomes {right[worst]:.3g} Hz "
         f"({errors[worst]:.0%} off)."
     ]
-
-
-def about_units(seen: View) -> list[str]:
-    """Implausible moduli, densities and widths, each mentioned once."""
-    said: dict[str, None] = {}
-    for segment in (segment for link in seen.links for segment in link.segments):
-        E, density = segment.young_modulus, segment.density
-        if E is not None and not SOFTEST <= E <= STIFFEST:
-            than = "softer than any gel" if E < SOFTEST else "stiffer than diamond"
-            said[f"A Young's modulus of {E:g} Pa is {than}; in pascals rubber has 1e6 and steel 2.1e11."] = (
-                None
-            )
-        if density is not None and not LIGHTEST <= density <= HEAVIEST:
-            than = "lighter than foam" if density < LIGHTEST else "heavier than any metal"
-            said[f"A density of {density:g} kg/m³ is {than}; water has 1000 and steel 7800."] = None
-    for link in seen.links:
-        widest = max(link.half_extents())
-        if widest > WIDEST:
-            said[f'"{link.name}" is {2.0 * widest:g} m wide; lengths are in metres.'] = None
-    return list(said)
-
-
-def about_gravity(model: Model) -> list[str]:
-    """A gravity that suggests that lengths are not in metres."""
-    strength = float(np.linalg.norm(getattr(model, "gravity", 0.0)))
-    if strength <= STRONGEST_GRAVITY:
-        return []
-    return [f"Gravity is {strength:g} m/s², on Earth it is 9.81; lengths are in metres."]
 
 
 def about_shear(rod: Link) -> list[str]:

@@ -30,6 +30,9 @@ ROUNDING = 1e-12
 #: Values that differ by less than this, relative to the largest, are equal: the first place is named.
 EQUAL = 1e-9
 
+#: Curvatures by the balance of moments and by the modes that differ by more than this, relative to the first,
+#: are both shown.
+APART = 0.02
 
 #: The largest allowable size of each quantity that a segment can limit.
 LIMITS: dict[str, Callable[[Segment], float | None]] = {
@@ -113,6 +116,11 @@ class States:
     #: Inputs, (k, inputs).
     u: Array
 
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether nothing moves in any of them."""
+        return not (self.v.any() or self.a.any())
+
     @staticmethod
     def at_rest(view: View, q: Array, t: float, u: Array) -> States:
         """An equilibrium."""
@@ -186,23 +194,33 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
     at = fibres.segments(link, X)
     strain = link.strain(states.q, X)
     change = strain - link.strain(np.zeros((1, states.q.shape[1])), X)
+    wrench = None
+    if link.wrench is not None:
+        wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
+    is_balanced = wrench is not None and not _is_actuated(model, link)
+    missing: Array | float = 0.0
+    if is_balanced and states.is_at_rest:
+        missing = fibres.missing_strains(link, wrench, states.q, X, states.clock, states.u, at)
+        of_modes = np.linalg.norm(strain[..., 1:3], axis=-1)
+        strain, change = strain + missing, change + missing
     found = {
         ("curvature", "1/m"): np.linalg.norm(strain[..., 1:3], axis=-1),
         ("torsion", "rad/m"): strain[..., 0],
         ("stretch", "1"): change[..., 3],
         ("shear", "1"): np.linalg.norm(change[..., 4:], axis=-1),
     }
-    wrench = None
-    if link.wrench is not None:
-        wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
+    if is_balanced and states.is_at_rest:
+        most, most_of_modes = found["curvature", "1/m"].max(), of_modes.max()
+        if abs(most - most_of_modes) > APART * most:
+            found["curvature of the modes", "1/m"] = of_modes
     # Sections that are given by their stiffness have no outermost fibre.
     if all(segment.section.shape != "given" for segment in link.segments):
         half = fibres.half_extents(link, X, at)
         rigid: Array | float = 0.0
-        if wrench is not None and not _is_actuated(model, link):
+        if is_balanced:
             rigid = fibres.strains_without_modes(link, wrench, X, at)
         found["axial strain", "1"] = fibres.axial_strain(link, change + rigid, half, at)
-        stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at, rigid)
+        stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at, missing + rigid)
         if stress is not None:
             found["axial stress", "Pa"] = stress
     if wrench is not None:

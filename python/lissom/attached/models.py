@@ -99,7 +99,7 @@ def advice_of_model(self: Model) -> list[str]:
     >>> for sentence in lissom.Rod([in_millimetres]).advice():
     ...     print(sentence)
     A Young's modulus of 0.3 Pa is softer than any gel; in pascals rubber has 1e6 and steel 2.1e11.
-    A density of 1e-06 kg/m³ is lighter than foam; water has 1000 and steel 7800.
+    A density of 1e-6 kg/m³ is lighter than foam; water has 1000 and steel 7800.
     "rod" is 8 m wide; lengths are in metres.
     """
     from ..analysis.advice import about_model

@@ -14,3 +14,7 @@ QuasiStatic = _methods.QuasiStatic
 Auto = _methods.Auto
 
 __all__ = ["DOP853", "RK45", "Auto", "Newmark", "QuasiStatic", "Radau"]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -81,8 +81,27 @@ def strains_without_modes(link: Link, wrench: Array, X: Array, at: Sequence[int]
     From moments and forces (shapes, stations, 6) in its sections by the balance of forces, divided by the
     stiffness.
     """
-    has_modes = [[bool(segment.modes.get(strain)) for strain in STRAINS] for segment in link.segments]
-    return np.where(np.array(has_modes)[list(at)], 0.0, _strains(link, wrench, X, at))
+    return np.where(_have_modes(link, at), 0.0, _strains(link, wrench, X, at))
+
+
+def missing_strains(
+    link: Link, wrench: Array, q: Array, X: Array, t: Array, u: Array, at: Sequence[int]
+) -> Array:
+    """What strains with modes lack in shapes at rest, (shapes, stations, 6).
+
+    From the difference of the moments and forces (shapes, stations, 6) by the balance of forces and those of
+    the material, for rods along which no actuators act. Zero if those of the material are not known.
+    """
+    if link.elastic_wrench is None:
+        return np.zeros(wrench.shape)
+    missing = _strains(link, wrench - link.elastic_wrench(q, X, t, u), X, at)
+    return np.where(_have_modes(link, at), missing, 0.0)
+
+
+def _have_modes(link: Link, at: Sequence[int]) -> NDArray[np.bool_]:
+    """Whether the strains have modes, (stations, 6)."""
+    have = [[bool(segment.modes.get(strain)) for strain in STRAINS] for segment in link.segments]
+    return np.array(have)[list(at)]
 
 
 def _strains(link: Link, wrench: Array, X: Array, at: Sequence[int]) -> Array:

@@ -6,13 +6,10 @@ use super::{Energy, Model};
 /// The parts that contact forces act on, and memory to find them.
 #[derive(Clone, Debug, Default)]
 pub struct CollidingParts {
-    with: Vec<f64>,
-    without: Vec<f64>,
     /// Whether each coordinate belongs to a part under contact forces; empty for a model of a single part.
     takes_part: Vec<bool>,
     q: Vec<f64>,
     v: Vec<f64>,
-    a: Vec<f64>,
 }
 
 impl CollidingParts {
@@ -25,27 +22,17 @@ impl CollidingParts {
         if facts.parts.len() < 2 || facts.constraints() > 0 {
             return;
         }
-        let n = facts.n;
-        // Contact forces do not depend on accelerations.
-        self.a.clear();
-        self.a.resize(n, 0.0);
-        self.with.resize(n, 0.0);
-        self.without.resize(n, 0.0);
-        self.takes_part.resize(n, false);
-        for [q, v] in states {
-            model.leave_contact(true);
-            model.inverse_dynamics(q, v, &self.a, &mut self.without);
-            model.leave_contact(false);
-            model.inverse_dynamics(q, v, &self.a, &mut self.with);
-            let mut first = 0;
-            for &size in &model.facts().parts {
-                let part = first..first + size;
-                // Forces of parts without contact agree bit for bit.
-                if self.with[part.clone()] != self.without[part.clone()] {
-                    self.takes_part[part].fill(true);
-                }
-                first += size;
+        self.takes_part.resize(facts.n, false);
+        for state in states {
+            model.mark_pushed(state, &mut self.takes_part);
+        }
+        let mut first = 0;
+        for &size in &model.facts().parts {
+            let part = &mut self.takes_part[first..first + size];
+            if part.contains(&true) {
+                part.fill(true);
             }
+            first += size;
         }
         if !self.takes_part.contains(&true) {
             self.takes_part.clear();
@@ -67,7 +54,8 @@ impl CollidingParts {
         kinetic.min(whole)
     }
 
-    /// The energy that these parts gain between two states, with the others as in the first state; `whole` is the gain of all.
+    /// The energy that these parts gain between two states; `whole` is the gain of all. The others are not under contact forces: what they
+    /// gain needs no search for contacts.
     pub fn gain<M: Model + ?Sized>(
         &mut self,
         model: &mut M,
@@ -86,7 +74,9 @@ impl CollidingParts {
             mixed
                 .extend(ends.map(|((&before, &after), &takes_part)| if takes_part { after } else { before }));
         }
-        let [before, mixed] = [before, [&self.q, &self.v]].map(|[q, v]| model.energy(q, v).total());
-        mixed - before
+        model.leave_contact(true);
+        let [after, mixed] = [after, [&self.q, &self.v]].map(|[q, v]| model.energy(q, v).total());
+        model.leave_contact(false);
+        whole - (after - mixed)
     }
 }

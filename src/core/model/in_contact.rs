@@ -23,9 +23,9 @@ pub enum Reached {
 /// Softened contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Softened<'a> {
-    /// For every pair of surfaces, an estimate of the force on it, newtons.
+    /// For every pair of surfaces, an estimate of the force on it, newtons. Empty: the stiffness of each pair is a fraction of its own.
     pub forces: &'a [f64],
-    /// The fraction of these forces that presses surfaces into each other by their soft depth.
+    /// The fraction of these forces that presses surfaces into each other by their soft depth, or of the stiffnesses.
     pub fraction: f64,
     /// Enlargement of obstacles, over the largest one. Obstacles that would press a body from opposite sides in `start` are not enlarged.
     pub enlargement: f64,
@@ -117,9 +117,6 @@ pub trait InImpact: InContact {
     /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, length: Option<f64>);
 
-    /// Whether any surfaces overlap in a shape.
-    fn overlaps(&mut self, q: &[f64]) -> bool;
-
     /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to the given motion is too hard
     /// for the step.
     fn has_unresolved_impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;
@@ -136,6 +133,9 @@ pub trait InImpact: InContact {
 
     /// Whether the energy rose over such a step by more than the error of a step that resolves its impacts.
     fn gains_energy(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64, check: GainCheck) -> bool;
+
+    /// Marks the coordinates that contact forces push in a state, and leaves the marks of others.
+    fn mark_pushed(&mut self, state: [&[f64]; 2], marks: &mut [bool]);
 
     /// The hardest impact in such a step, and the energy that it took from the motion.
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact>;

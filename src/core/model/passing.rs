@@ -160,7 +160,8 @@ fn have_touched<M: Model + ?Sized>(
         model.set_time(if is_end { t_new } else { t + x * h })?;
         let there = if is_end { ends[1] } else { &*q };
         // A half-space is touched first at an end of a straight path, so overlaps there suffice.
-        has_touched = model.have_tunnelled(there, Radius::Touching) || !is_end && model.overlaps(there);
+        has_touched = model.have_tunnelled(there, Radius::Touching)
+            || !is_end && model.deepest_overlap(there).is_some();
         if has_touched {
             break;
         }
@@ -170,7 +171,7 @@ fn have_touched<M: Model + ?Sized>(
     }
     for (t, q) in [(t, ends[0]), (t_new, ends[1])] {
         model.set_time(t)?;
-        if model.overlaps(q) {
+        if model.deepest_overlap(q).is_some() {
             return Ok(false);
         }
     }

@@ -206,10 +206,6 @@ impl<M: Smooth> InImpact for M {
 
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
-    fn overlaps(&mut self, _q: &[f64]) -> bool {
-        false
-    }
-
     fn has_unresolved_impact(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false
     }
@@ -235,6 +231,8 @@ impl<M: Smooth> InImpact for M {
     ) -> bool {
         false
     }
+
+    fn mark_pushed(&mut self, _state: [&[f64]; 2], _marks: &mut [bool]) {}
 
     fn impact(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> Option<Impact> {
         None

@@ -198,6 +198,16 @@ impl Coordinates {
         all
     }
 
+    /// Marks the independent coordinates that move these among all.
+    pub(crate) fn mark_movers(&self, own: &mut [bool], moved: impl Iterator<Item = usize>) {
+        for place in moved {
+            match &self.0 {
+                None => own[place] = true,
+                Some(reduction) => reduction.mark_movers(own, place),
+            }
+        }
+    }
+
     /// Generalised forces, `G^T tau_all`.
     #[inline(always)]
     pub(crate) fn forces<const N: usize, T>(
@@ -343,6 +353,15 @@ impl Coordinates {
 }
 
 impl Reduction {
+    /// Marks the independent coordinates that move this one among all.
+    fn mark_movers(&self, own: &mut [bool], place: usize) {
+        let multiples = self.multiples.iter().filter(|multiple| multiple.place == place);
+        multiples.for_each(|multiple| own[multiple.of] = true);
+        if let Ok(independent) = self.own.binary_search(&place) {
+            own[independent] = true;
+        }
+    }
+
     /// Adds the source of a driven link whose coordinates begin at `place`.
     fn drive(&mut self, robot: &Robot, link: usize, place: usize, firsts: &[usize]) {
         match &robot.links[link].driven {

@@ -6,7 +6,7 @@ use crate::description::body::Body;
 use crate::description::joint::{Joint, JointForces};
 use crate::description::rod::{Section, Segment};
 use crate::description::schema::{PerAxis, Rows};
-use crate::model::Dynamics as _;
+use crate::model::{Dynamics as _, InContact as _, InImpact as _};
 use crate::numerics::lie::Vector;
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::{
@@ -357,5 +357,29 @@ fn tangents_are_derivatives_and_power_is_accounted_for() {
             let error = (power - rate - lost).abs() / (power.abs() + rate.abs());
             assert!(error < tolerance, "{name} {friction:?}: {power} {rate} {lost}");
         }
+    }
+}
+
+/// Coordinates of parts that contact forces push are those on which forces act only with contact.
+#[test]
+fn pushed_parts_are_those_whose_forces_change() {
+    for (name, surfaces, _) in pairs() {
+        let mut model = with(surfaces, [0.3; 3]);
+        let n = model.facts().n;
+        let [q, qd, at_rest] = [state(n, 0.1), state(n, 0.7), vec![0.0; n]];
+        let [mut with, mut without] = [vec![0.0; n], vec![0.0; n]];
+        model.leave_contact(true);
+        model.inverse_dynamics(&q, &qd, &at_rest, &mut without);
+        model.leave_contact(false);
+        model.inverse_dynamics(&q, &qd, &at_rest, &mut with);
+        let mut marks = vec![false; n];
+        model.mark_pushed([&q, &qd], &mut marks);
+        let mut first = 0;
+        for &size in &model.facts().parts {
+            let part = first..first + size;
+            first += size;
+            assert_eq!(marks[part.clone()].contains(&true), with[part.clone()] != without[part], "{name}");
+        }
+        assert!(marks.contains(&true), "{name}");
     }
 }

@@ -340,7 +340,7 @@ impl Unilateral {
         q: &[f64],
     ) -> Result<(), Interrupted> {
         model.set_time(t)?;
-        self.touches = model.overlaps(q);
+        self.touches = model.deepest_overlap(q).is_some();
         Ok(())
     }
 
@@ -388,7 +388,7 @@ impl Unilateral {
         self.place.extend(q.iter().zip(v).map(|(q, v)| q + ends.h * v));
         model.set_time(ends.t[1])?;
         let (mut a, mut scratch) = (vec![0.0; q.len()], ForwardScratch::of(model));
-        if !model.overlaps(&self.place)
+        if model.deepest_overlap(&self.place).is_none()
             || model.forward_dynamics(&self.place, v, &mut a, &mut scratch).is_err()
         {
             return Ok(Separation::default());

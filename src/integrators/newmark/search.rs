@@ -29,9 +29,14 @@ impl Search {
         Self { work, lengths: 0 }
     }
 
+    /// Whether the work decreases along the increment, so that it has a minimum there.
+    pub(super) fn has_minimum(&self) -> bool {
+        self.work > 0.0
+    }
+
     /// Whether a length with this remaining work is accepted.
     pub(super) fn is_done(&self, work: f64) -> bool {
-        self.work > 0.0 && (-LARGEST_REMAINING_WORK * self.work..=self.work).contains(&work)
+        self.has_minimum() && (-LARGEST_REMAINING_WORK * self.work..=self.work).contains(&work)
     }
 
     /// The next length after one that is not accepted: the zero of the work by linear interpolation.

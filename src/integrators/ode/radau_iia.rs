@@ -48,14 +48,14 @@ pub(crate) const T_INVERSE: [[f64; STAGES]; STAGES] = [
 pub(crate) const DIVERGENCE_FACTOR: f64 = 0.5;
 /// Bounds of the step factor (SciPy; RADAU5: 1/8 and 5).
 pub(crate) const SMALLEST_FACTOR: f64 = 0.2;
-const LARGEST_FACTOR: f64 = 10.0;
+pub(crate) const LARGEST_FACTOR: f64 = 10.0;
 /// Factors between 1 and this one leave the step size, and hence the factorisations, unchanged (RADAU5:
 /// QUOT2).
 const SMALLEST_GROWTH: f64 = 1.2;
 /// Safety factor of a step with the fewest iterations (RADAU5: SAFE).
 const SAFETY: f64 = 0.9;
 /// Step sizes count as equal up to the rounding of their end times.
-const SAME_SIZE: f64 = 1e-8;
+pub(crate) const SAME_SIZE: f64 = 1e-8;
 
 /// Size of a step and its error estimate relative to the tolerances.
 #[derive(Clone, Copy, Debug)]

@@ -6,14 +6,18 @@ use crate::integrators::chord::{Converged, Iteration, Verdict};
 use crate::integrators::newmark::LinearSystem;
 use crate::integrators::ode::norm::{all_finite, scaled_norm};
 use crate::integrators::ode::radau_iia::{
-    A, A_SQUARED, A_SQUARED_INVERSE, C, E_A, E_A_SQUARED, MU_REAL, STAGES, T, T_INVERSE, norm_of_stages,
-    transform,
+    A, A_SQUARED, A_SQUARED_INVERSE, C, E_A, E_A_SQUARED, LARGEST_FACTOR, MU_REAL, SAME_SIZE, STAGES, T,
+    T_INVERSE, norm_of_stages, transform,
 };
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, model_at};
 use crate::model::constraint::Saddle;
 use crate::model::{Facts, Tied};
 use crate::numerics::linalg::{Lu, Matrix, norm_inf};
 use crate::numerics::tape::Tape;
+
+/// Largest ratio of a step to the last one, through whose accelerations a polynomial is extrapolated: that by which steps grow, but for
+/// rounding. A longer step follows one that ended early, such as one over a jump of a load, which tells nothing about it.
+const FARTHEST_EXTRAPOLATION: f64 = LARGEST_FACTOR * (1.0 + SAME_SIZE);
 
 /// Allowed error of the iteration, relative to the tolerances, with dry friction. Errors of velocities larger than the smoothing
 /// velocity of friction cause wrong accelerations; extrapolated to the next step, they prevent convergence.
@@ -384,11 +388,11 @@ impl Stages {
         }
     }
 
-    /// First guess of the unknowns: extrapolation of the polynomial through those of the last step. Multipliers of dependent
-    /// constraints are zero.
+    /// First guess of the unknowns: extrapolation of the polynomial through those of the last step, or those at the start after none
+    /// or a far shorter one. Multipliers of dependent constraints are zero.
     fn predict(&mut self, start: &Start<'_>, h: f64) {
-        let unknowns = self.unknowns;
-        let (last_h, last) = (self.last_size, &self.last);
+        let (unknowns, last) = (self.unknowns, &self.last);
+        let last_h = self.last_size.filter(|last_h| h <= FARTHEST_EXTRAPOLATION * last_h);
         let behind = if self.last_is_taken_back { 0.0 } else { 1.0 };
         for (c, stage) in C.into_iter().zip(self.a.chunks_exact_mut(unknowns)) {
             if let Some(last_h) = last_h {

@@ -310,6 +310,11 @@ impl PyRobot {
         self.kinematics().full_explanation().to_string()
     }
 
+    /// Questions about numbers that are probably in other units.
+    fn _implausible_units(&self) -> Vec<String> {
+        self.kinematics().implausible_units()
+    }
+
     /// Stiffness of every contact: given, of the material or from the loads.
     fn _contact_stiffness(&self) -> Vec<f64> {
         self.kinematics().contact_stiffness()

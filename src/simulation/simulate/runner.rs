@@ -149,6 +149,8 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 // Before another interval, accelerations and inputs of this state are recorded after the
                 // controller's call.
                 let is_followed = !is_last && status.is_some_and(Status::is_success);
+                // Before other shapes than that at the end of the step are evaluated.
+                self.record_deepest_overlap()?;
                 let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
                 let Self { run, meter, watch, growth_errors, stop, .. } = self;
                 if let Some(meter) = meter {
@@ -161,7 +163,6 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                     watch.check(model, state, steps)
                 });
                 run.check_energy(meter.as_ref().map_or(0.0, FlowMeter::supplied))?;
-                self.record_deepest_overlap()?;
                 if !is_finite {
                     return Ok(Status::FirstOrder(ode::Status::NonFinite));
                 }

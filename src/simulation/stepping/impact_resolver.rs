@@ -263,7 +263,7 @@ impl ImpactResolver {
         }
         let sizes = &model.facts().typical_coordinates;
         self.rounding.follow([stepper.q(), v, stepper.v(), sizes], impact, t_span.1);
-        let touches = model.overlaps(stepper.q());
+        let touches = model.deepest_overlap(stepper.q()).is_some();
         let motion = [stepper.q(), stepper.v(), stepper.unknowns()].map(<[f64]>::to_vec);
         Ok((Some(Resolved { motion, touches }), work))
     }
@@ -341,7 +341,7 @@ impl ContactIntervals {
             let motion = stepper.q().iter().zip(stepper.v().iter().zip(stepper.a()));
             place.iter_mut().zip(motion).for_each(|(place, (q, (v, a)))| *place = q + h * (v + 0.5 * h * a));
             model.set_time(t + h)?;
-            Ok(model.overlaps(place))
+            Ok(model.deepest_overlap(place).is_some())
         };
         self.touches = overlap(0.0)?;
         if end <= FIRST_STEP * impact || self.touches || !overlap(end)? {
@@ -365,13 +365,13 @@ impl ContactIntervals {
             return Ok(false);
         }
         model.set_time(t)?;
-        if model.overlaps(stepper.q()) {
+        if model.deepest_overlap(stepper.q()).is_some() {
             return Ok(false);
         }
         let apart = |t: f64| {
             stepper.interpolate(t, q, v, a);
             model.set_time(t)?;
-            Ok(!model.overlaps(q))
+            Ok(model.deepest_overlap(q).is_none())
         };
         let [_, behind] = bisect([before, t], shortest, apart)?;
         if t - behind <= shortest {

@@ -184,10 +184,33 @@ def test_models_made_in_python_are_asked_too(tmp_path):
     segment = lissom.Segment(80.0, 4.0, 0.3, 0.1, 1e-6, modes={"bend_y": 3})
     rod = lissom.Rod([segment])
     asked = rod.advice()
-    for word in ("0.3 Pa", "1e-06 kg/m³", "8 m wide"):
+    for word in ("0.3 Pa", "1e-6 kg/m³", "8 m wide"):
         assert any(word in sentence for sentence in asked), (word, asked)
     at_rest = lissom.Rod([segment], gravity=(0.0, 0.0, 0.0))
     lissom.statics(at_rest).report(tmp_path / "rest.html", at_rest)
     lissom.simulate(at_rest, 1e-2, dt=1e-2).report(tmp_path / "motion.html")
     for page in ("rest.html", "motion.html"):
         assert "softer than any gel" in (tmp_path / page).read_text(encoding="utf-8")
+
+
+def test_an_equilibrium_in_other_units_says_so():
+    """Numbers in any units are in equilibrium: the message asks about them."""
+    jelly, gel = (
+        lissom.statics(
+            lissom.Rod([lissom.Segment(1.0, 0.05, E, E / 3, 1e3, {"bend_y": 3})]), space_error=False
+        )
+        for E in (0.3e6, 0.3)
+    )
+    assert "any gel" not in jelly.message
+    assert "A Young's modulus of 0.3 Pa is softer than any gel" in gel.message
+
+
+def test_implausible_sizes_of_all_kinds():
+    """Stiff, heavy and wide beyond everything; a given section has neither a modulus nor a density."""
+    odd = lissom.Segment(1.0, (0.5, 3.0), 3e12, 1e12, 3e4, {"bend_y": 2})
+    asked = lissom.Rod([odd], gravity=(0.0, 0.0, -9810.0)).advice()
+    for words_of in ("3e12 Pa is stiffer than diamond", "30000 kg/m³ is heavier", "6 m wide", "9810 m/s²"):
+        assert any(words_of in sentence for sentence in asked), (words_of, asked)
+    section = lissom.Section.given(stiffness=[1, 1, 1, 1, 1, 1], inertia=[1e-3] * 3, mass=1.0)
+    given = lissom.Segment(1.0, section=section, modes={"bend_y": 2})
+    assert lissom.Rod([given]).advice() == []

@@ -173,9 +173,9 @@ def test_completion_completes():
     ("change", "said"),
     [
         ({"young_modulus": 210}, "A Young's modulus of 210 Pa is softer than any gel"),
-        ({"young_modulus": 2.1e15}, "A Young's modulus of 2.1e+15 Pa is stiffer than diamond"),
+        ({"young_modulus": 2.1e15}, "A Young's modulus of 2.1e15 Pa is stiffer than diamond"),
         ({"density": 7.8}, "A density of 7.8 kg/m³ is lighter than foam"),
-        ({"density": 7.8e6}, "A density of 7.8e+06 kg/m³ is heavier than any metal"),
+        ({"density": 7.8e6}, "A density of 7.8e6 kg/m³ is heavier than any metal"),
         ({"radius": 5.0, "young_modulus": 1e6}, '"rod" is 10 m wide; lengths are in metres.'),
         ({"gravity": [0, 0, -9810]}, "Gravity is 9810 m/s², on Earth it is 9.81"),
         ({}, None),

@@ -209,3 +209,61 @@ def test_equilibria_lie_on_the_side_of_an_obstacle_where_they_were_released(obst
     assert found.stability == "stable"
     assert_allclose(found.q, motion.q[-1], atol=1e-5)
     assert found.q[0] < 0.5
+
+
+#: Steel wires of 0.5 mm radius, seven times as long as the length over which they bend under their weight.
+#: They arrive with forty radii a step.
+WIRE = {
+    "radius": 5e-4,
+    "young_modulus": 2e11,
+    "poisson_ratio": 0.4,
+    "density": 1500.0,
+    "retardation_time": 0.01,
+}
+LENGTH = 7 * (2e11 * 5e-4**2 / (4 * 1500.0 * G)) ** (1 / 3)
+
+
+def wire(*obstacles, stiffness=None):
+    modes = {"torsion": 2, "bend_y": 4, "bend_z": 4}
+    rod = [lissom.Segment(LENGTH / 4, modes=modes, **WIRE)] * 4
+    contacts = [
+        lissom.Contact("rod", obstacle, name=f"{i}", friction=0.3, stiffness=stiffness)
+        for i, obstacle in enumerate(obstacles)
+    ]
+    return lissom.Robot([lissom.Link("rod", rod=rod)], contacts=contacts)
+
+
+def block(x, height):
+    """A block whose left upper edge is there, in parts of the length."""
+    return lissom.Box(np.array((x + 0.025, 0, -height - 0.1)) * LENGTH, np.array((0.025, 1, 0.1)) * LENGTH)
+
+
+def places(robot, motion, number):
+    every = (len(motion.t) - 1) // number
+    s = np.linspace(0, LENGTH, 11)
+    return np.array([robot.pose(q, s, link="rod")[:, :3, 3] for q in motion.q[::every]])
+
+
+def test_a_wire_falls_on_three_edges_in_long_steps():
+    # It arrives with half a radius a millisecond, and its end swings below the last edge against the block.
+    robot = wire(*(block(x, height) for x, height in ((0.15, 0.05), (0.4, 0.1), (0.65, 0.2))))
+    motion = lissom.simulate(robot, 1.0, dt=5e-3)
+    assert motion.success, motion.message
+    assert motion.deepest.share < 0.35
+
+
+def test_a_wire_falls_on_a_floor_in_long_steps():
+    floor = lissom.HalfSpace((0, 0, -0.15 * LENGTH))
+    robot = wire(floor)
+    motion = lissom.simulate(robot, 1.0, dt=5e-3)
+    fine = lissom.simulate(robot, 1.0, dt=5e-4)
+    assert motion.success
+    assert fine.success
+    # With a stiffness at which it sinks in by a seventh of its radius.
+    soft = lissom.simulate(wire(floor, stiffness=1e5), 1.0, dt=5e-3)
+    assert motion.stats.newton_iterations < 3 * soft.stats.newton_iterations
+    # Steps of backward Euler, which stop what meets, are of the first order: 2.5e-2 of the length off at
+    # most, 1.5e-3 at the end.
+    off = np.linalg.norm(places(robot, motion, 20) - places(robot, fine, 20), axis=2) / LENGTH
+    assert off.max() < 4e-2
+    assert off[-1].max() < 4e-3

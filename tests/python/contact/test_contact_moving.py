@@ -462,7 +462,8 @@ def test_a_paddle_takes_a_thin_rod_along(method, rate):
         [robot.pose(q, 0.1, link="rod", t=t)[:2, 3] for q, t in zip(run.q, run.t, strict=True)]
     )
     ahead = -np.sin(rate * run.t) * middles[:, 0] + np.cos(rate * run.t) * middles[:, 1]
-    assert run.success or run.status in ("passed_through", "deep_penetration")
+    # With parts of a 1024th of a step some are not solved, where the first of a 256th passed through.
+    assert run.success or run.status in ("passed_through", "deep_penetration", "newton_not_converged")
     assert run.success or rate > 100
     assert ahead.min() > 0.0
 

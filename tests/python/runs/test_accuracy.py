@@ -608,6 +608,14 @@ def test_a_function_that_jumps_limits_no_steps_elsewhere(tolerance):
     assert distance(found.model, found, exact) < tolerance
 
 
+@pytest.mark.parametrize("jump", [0.3, 0.3**0.5, 1.7])
+def test_steps_after_a_jump_do_not_extrapolate_it(jump):
+    """The step over a jump is as short as its place is uncertain: it tells nothing about a usual one."""
+    found = lissom.simulate(jumping_rod(jump), 2.0, method="auto", rtol=1e-2, dt=STEP)
+    assert found.success
+    assert found.stats.unsolved == 0
+
+
 def test_a_model_keeps_no_ends_of_steps():
     """Those beside jumps are of one request, also where a model with more nodes is returned."""
     rod = jumping_rod(0.3)

@@ -78,7 +78,7 @@ const IDLE_FORCE: f64 = 1e-11;
 const NEARLY_THERE: f64 = 1e-9;
 
 /// After a step below the rounding of coordinates, in sizes, a residual below the second part of the forces is rounding of stiff
-/// contacts.
+/// contacts, and any residual whose Newton step is as short is rounding of gaps: without loads there are no other forces.
 const ROUNDING_OF_STEPS: f64 = 1e-13;
 const ROUNDING_OF_FORCES: f64 = 1e-6;
 
@@ -465,7 +465,8 @@ impl<'a> Search<'a> {
             };
             let is_pressed = !self.shape.contact_force.is_empty() && so_far.damping == 0.0;
             if so_far.last < ROUNDING_OF_STEPS
-                && error < if is_pressed { NEARLY_EQUILIBRIUM } else { ROUNDING_OF_FORCES }
+                && (error < if is_pressed { NEARLY_EQUILIBRIUM } else { ROUNDING_OF_FORCES }
+                    || local.next(&self.scale.metric(1.0)) < ROUNDING_OF_STEPS)
             {
                 return Ok(Ended::Converged);
             }

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::fmt::{self, Write as _};
 
 use super::cost::{Multiplications, OfActuator, Share};
-use super::text::{counted, grouped, listed, percent};
+use super::text::{counted, grouped, listed, percent, significant};
 use crate::description::body::Body;
 use crate::description::rod::{
     Basis, GivenSection, Parts, Profile, STRAIGHT, STRAIN_NAMES, Section, Segment, Shape, piece, stiffness,
@@ -522,13 +522,6 @@ fn shares(mut lines: Vec<(String, Share)>, what: &str, all: &Multiplications) ->
         (name, format!("{residual} of the residual, {tangent} of the Jacobian: {size}"))
     };
     lines.into_iter().map(line).collect()
-}
-
-/// A positive number with four significant digits, without zeros at the end.
-fn significant(x: f64) -> String {
-    let decimals = (3.0 - x.log10().floor()).max(0.0) as usize;
-    let text = format!("{x:.decimals$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 /// Non-zero numbers of several kinds: `2 concentrated, 1 spread`.

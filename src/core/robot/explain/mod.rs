@@ -3,6 +3,8 @@
 pub(crate) mod cost;
 pub(crate) mod explanation;
 pub(crate) mod text;
+mod units;
 
 pub use cost::Multiplications;
 pub use explanation::Explanation;
+pub(crate) use units::implausible_units;

@@ -36,6 +36,22 @@ pub(crate) fn grouped(number: u64) -> String {
     text
 }
 
+/// A number that is not negative with four significant digits, without zeros at the end; very small and large ones with an exponent.
+pub(crate) fn significant(x: f64) -> String {
+    const DIGITS: usize = 4;
+    let trimmed = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    if x == 0.0 || (1e-4..1e6).contains(&x) {
+        let decimals = if x > 0.0 { (DIGITS as f64 - 1.0 - x.log10().floor()).max(0.0) as usize } else { 0 };
+        return trimmed(&format!("{x:.decimals$}"));
+    }
+    let text = format!("{x:.*e}", DIGITS - 1);
+    text.split_once('e')
+        .map_or_else(|| text.clone(), |(digits, power)| format!("{}e{power}", trimmed(digits)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,5 +63,7 @@ mod tests {
         let list = |n: usize| listed(["a", "b", "c"].into_iter().take(n).map(str::to_owned));
         assert_eq!([list(0), list(1), list(2), list(3)], ["", "a", "a and b", "a, b and c"]);
         assert_eq!([percent(1, 8), percent(0, 0)], ["12.5 %", " 0.0 %"]);
+        let numbers = [0.0, 0.3, 9.81, 24.0, 12_345.678, 1e-6, 2.5e12, f64::INFINITY].map(significant);
+        assert_eq!(numbers, ["0", "0.3", "9.81", "24", "12346", "1e-6", "2.5e12", "inf"]);
     }
 }

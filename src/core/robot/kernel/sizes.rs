@@ -18,7 +18,8 @@ use crate::robot::turning::{Turning, columns, place};
 /// Fractions of a piece of a rod at which sections are evaluated. Modes of higher degree do not rotate its end.
 const SECTIONS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
-/// Relative motions below this part of the largest motion of the coordinate are rounding.
+/// Relative motions below this part of the largest motion of the coordinate, and distances below this part of the length of the robot,
+/// are rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Quantity of which three rows are derivatives.
@@ -72,7 +73,9 @@ impl Motions {
             for (kind, rate) in rates() {
                 match kind {
                     Kind::Shift(own) if rate > 0.0 => extent = extent.max(own),
-                    Kind::Apart(distance) if rate > ROUNDING * shift => extent = extent.max(distance),
+                    Kind::Apart(distance) if rate > ROUNDING * shift && distance > ROUNDING * fallback => {
+                        extent = extent.max(distance);
+                    }
                     _ => {}
                 }
             }
@@ -130,6 +133,10 @@ pub(crate) fn motions<G: Turning>(
     loops::find(plan, work, &mut memory.effects.loops);
     let moved = memory.effects.loops.moved.chunks_exact(n.max(1));
     for (tie, moved) in plan.effects.loops.ties.iter().zip(moved) {
+        // Ends of other ties meet, so that their distance is a gap.
+        if !tie.rows.iter().any(|row| matches!(row, Row::Distance(_))) {
+            continue;
+        }
         let [from, to] = frames(plan, work, tie).map(|frame| frame.position);
         motions.push(Kind::Apart(size(to - from)), moved.iter().map(|[from, to]| to[1] - from[1]));
     }

@@ -168,11 +168,6 @@ impl InImpact for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
     }
 
-    fn overlaps(&mut self, q: &[f64]) -> bool {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q, q], |[q, _]| on_sweeps!(sweeps, sweeps => sweeps.overlaps(q)))
-    }
-
     fn has_unresolved_impact(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
         // Forces have just been computed in a shape close by.
         let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());
@@ -251,6 +246,12 @@ impl InImpact for RobotModel {
             GainCheck::Mechanical => gain > SMALL_GAIN * whole,
             GainCheck::Explosion => gain > EXPLOSION * whole,
         }
+    }
+
+    fn mark_pushed(&mut self, state: [&[f64]; 2], marks: &mut [bool]) {
+        self.cached_energy(state);
+        let is_pushed = self.cached.of(state).map_or(&[][..], |known| &known.is_pushed);
+        marks.iter_mut().zip(is_pushed).for_each(|(mark, is_pushed)| *mark |= is_pushed);
     }
 
     fn impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> Option<Impact> {

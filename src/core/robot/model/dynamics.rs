@@ -107,8 +107,8 @@ impl Dynamics for RobotModel {
 
     fn energy(&mut self, q: &[f64], qd: &[f64]) -> Energy {
         let has_left = on_sweeps!(&self.sweeps, sweeps => sweeps.has_left_contact());
-        if !has_left && let Some((energy, _)) = self.cached.of([q, qd]) {
-            return energy;
+        if !has_left && let Some(known) = self.cached.of([q, qd]) {
+            return known.energy;
         }
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q, qd], |[q, qd]| on_sweeps!(sweeps, sweeps => sweeps.energy(q, qd)))

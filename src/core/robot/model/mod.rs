@@ -3,6 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use self::any_sweeps::AnySweeps;
+use self::cached::CachedEnergies;
 use super::choice::{Kernel, Solve};
 use super::description::{Robot, Rod};
 use super::driven::Coordinates;
@@ -28,7 +29,7 @@ use crate::robot::effects::actuator::plan::Line;
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::loops::explain::explain_redundant;
 use crate::robot::effects::loops::{Loop, Tie};
-use crate::robot::explain::{Explanation, Multiplications, cost};
+use crate::robot::explain::{Explanation, Multiplications, cost, implausible_units};
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -82,45 +83,6 @@ pub struct RobotModel {
     colliding_parts: CollidingParts,
 }
 
-/// The energy of a state, and the part of overlaps in it; not valid for any state if the vectors are empty.
-#[derive(Clone, Debug, Default)]
-struct CachedEnergy {
-    of: [Vec<f64>; 2],
-    energy: Energy,
-    of_overlaps: f64,
-}
-
-/// Those of two states, the latest first.
-#[derive(Clone, Debug, Default)]
-struct CachedEnergies([CachedEnergy; 2]);
-
-impl CachedEnergies {
-    /// The energy of a state and of the overlaps in it, if they are known.
-    fn of(&self, state: [&[f64]; 2]) -> Option<(Energy, f64)> {
-        if state[0].is_empty() {
-            return None;
-        }
-        let is_it =
-            |cached: &&CachedEnergy| cached.of.iter().zip(state).all(|(cached, values)| cached == values);
-        self.0.iter().find(is_it).map(|cached| (cached.energy, cached.of_overlaps))
-    }
-
-    /// Notes them in place of the older ones.
-    fn store(&mut self, state: [&[f64]; 2], (energy, of_overlaps): (Energy, f64)) {
-        self.0.swap(0, 1);
-        let [latest, _] = &mut self.0;
-        (latest.energy, latest.of_overlaps) = (energy, of_overlaps);
-        for (cached, values) in latest.of.iter_mut().zip(state) {
-            cached.clear();
-            cached.extend_from_slice(values);
-        }
-    }
-
-    fn forget(&mut self) {
-        self.0.iter_mut().flat_map(|cached| &mut cached.of).for_each(Vec::clear);
-    }
-}
-
 /// A place of a robot, or an offset from it in its axes.
 #[derive(Clone, Debug)]
 struct MeasuredPlace {
@@ -143,6 +105,7 @@ macro_rules! on_sweeps {
 }
 
 mod any_sweeps;
+mod cached;
 mod contact;
 mod dynamics;
 mod elastic;
@@ -516,6 +479,11 @@ impl RobotModel {
         })
     }
 
+    /// Questions about moduli, densities, widths and a gravity that are probably in other units than SI. Allocates.
+    pub fn implausible_units(&self) -> Vec<String> {
+        implausible_units(&self.robot)
+    }
+
     /// The stiffness of every contact: given, of the material or from the loads, in N/m^2 with a rod, otherwise in N/m. Allocates.
     pub fn contact_stiffness(&self) -> Vec<f64> {
         effects::contact::compile::stiffnesses(&self.robot)
@@ -562,11 +530,13 @@ impl RobotModel {
     /// The energy of a state, and that of the overlaps in it; both are cached.
     fn cached_energy(&mut self, state: [&[f64]; 2]) -> (Energy, f64) {
         if let Some(known) = self.cached.of(state) {
-            return known;
+            return (known.energy, known.of_overlaps);
         }
         let energy = self.energy(state[0], state[1]);
-        let of_overlaps = on_sweeps!(&self.sweeps, sweeps => sweeps.overlap_energy());
-        self.cached.store(state, (energy, of_overlaps));
+        let Self { sweeps, coordinates, cached, .. } = self;
+        let of_overlaps = on_sweeps!(&*sweeps, sweeps => sweeps.overlap_energy());
+        let is_pushed = cached.store(state, energy, of_overlaps);
+        on_sweeps!(&*sweeps, sweeps => coordinates.mark_movers(is_pushed, sweeps.pushed()));
         (energy, of_overlaps)
     }
 

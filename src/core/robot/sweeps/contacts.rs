@@ -80,13 +80,16 @@ impl<G: Turning> Sweeps<G> {
         for (p, pair) in self.plan.effects.contacts.pairs.iter().enumerate() {
             (stiffest[p], grown[p]) = (f64::INFINITY, 0.0);
             let Some(Softened { forces, fraction, enlargement, .. }) = soft else { continue };
-            stiffest[p] = pair.stiffness_for_soft_depth(fraction * forces[p]);
+            stiffest[p] = match forces.get(p) {
+                Some(force) => pair.stiffness_for_soft_depth(fraction * force),
+                None => fraction * pair.law.stiffness,
+            };
             if stiffest[p] < pair.law.stiffness {
                 is_softer = true;
                 grown[p] = pair.growth * enlargement;
             }
         }
-        if let Some(Softened { start, .. }) = soft.filter(|_| is_softer) {
+        if let Some(Softened { start, .. }) = soft.filter(|soft| is_softer && soft.enlargement > 0.0) {
             self.shrink_opposed(start);
         }
         is_softer
@@ -309,10 +312,12 @@ impl<G: Turning> Sweeps<G> {
         query::overlap_energy(&self.work)
     }
 
-    /// Whether any surfaces overlap.
-    pub(crate) fn overlaps(&mut self, q: &[f64]) -> bool {
-        self.find_touches(q);
-        self.is_touched()
+    /// The coordinates that move either side of contact points with a force, in the motion evaluated last.
+    pub(crate) fn pushed(&self) -> impl Iterator<Item = usize> {
+        let touches = self.work.effects.contact.touches.iter();
+        let pressed = touches.filter(|touch| touch.contact_force.normal_force != 0.0);
+        pressed
+            .flat_map(|touch| self.plan.effects.contacts.pairs[touch.pair].reaches.iter().cloned().flatten())
     }
 
     /// Finds what touches in exactly this shape, without its motion: curvatures of long rods, and of all rods in small units of length, are

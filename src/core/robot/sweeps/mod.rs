@@ -318,10 +318,12 @@ impl<G: Turning> Sweeps<G> {
         }
         if !self.plan.effects.contacts.pairs.is_empty() {
             // Usually nothing is near, and the shape is sufficient.
-            self.update_kinematics(q);
-            let contact = &self.work.effects.contact;
-            if contact.touches.is_empty() && !detection::is_known(&self.plan, contact, q) {
-                detection::update_candidates(&self.plan, &mut self.work);
+            if !self.has_left_contact() {
+                self.update_kinematics(q);
+                let contact = &self.work.effects.contact;
+                if contact.touches.is_empty() && !detection::is_known(&self.plan, contact, q) {
+                    detection::update_candidates(&self.plan, &mut self.work);
+                }
             }
             if !effects::may_dissipate(&self.plan, &self.work) {
                 return power;

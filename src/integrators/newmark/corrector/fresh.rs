@@ -3,7 +3,9 @@
 use super::super::numbers::Numbers;
 use super::super::search::Search;
 use super::super::trial::Trial;
-use super::{Corrector, FRESH_ITERATIONS, JacobianHistory, NEGLIGIBLE, larger_rate, left_after, may_touch};
+use super::{
+    Corrector, FRESH_ITERATIONS, Friction, JacobianHistory, NEGLIGIBLE, larger_rate, left_after, may_touch,
+};
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed};
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
@@ -46,13 +48,14 @@ enum LineSearch {
 impl<V: Numbers> Corrector<V> {
     /// Newton's method with increments that are shortened until the next one with the same Jacobian would be smaller (restricted
     /// natural monotonicity test, Deuflhard 2011, section 3.3), or, with contacts, until little of their work is left
-    /// ([`Search`]). A Jacobian is reused if that is cheaper than a fresh one.
+    /// ([`Search`]). A Jacobian is reused if that is cheaper than a fresh one. Begins at the trial; `friction` is how that is linearised.
     pub(super) fn with_fresh_jacobians<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
         trial: &mut Trial<V>,
         [guess, last]: [&[f64]; 2],
         h: f64,
+        friction: Friction,
         counters: &mut Counters,
     ) -> Solved {
         self.kept = None;
@@ -61,7 +64,7 @@ impl<V: Numbers> Corrector<V> {
         let (mut jacobians, mut is_full) = (0, false);
         for iteration in 0..MAX_FULL_ITERATIONS {
             if renew {
-                if let Some(model) = system.model() {
+                if let Some(model) = system.model().filter(|_| friction == Friction::Followed) {
                     model.follow_friction(Some(length));
                 }
                 if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {

@@ -12,6 +12,7 @@
 //! displacements by the increments.
 
 mod fresh;
+mod softer_contacts;
 
 use super::contraction::Contraction;
 use super::jacobian::Jacobian;
@@ -78,6 +79,10 @@ const SMALLEST_TOLERANCE: f64 = 1e-100;
 /// Without inertia steps are solved to this part of the sizes of coordinates, whatever their duration.
 const QUASI_STATIC_TOLERANCE: f64 = 1e-9;
 
+/// Solves that needed softer contacts are followed by ones that begin with these; after so many the contacts of the model are tried first
+/// again. With 4 a wire over an edge takes a tenth more iterations. Solves that softer contacts did not help are followed by so many without.
+const STIFF_AGAIN: usize = 16;
+
 /// Typical number of iterations with a fresh Jacobian.
 const FRESH_ITERATIONS: f64 = 2.0;
 
@@ -120,6 +125,14 @@ struct SolveProgress {
     is_fresh: bool,
 }
 
+/// The linearisation of friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Friction {
+    Exact,
+    /// As an unknown of its own ([`InImpact::follow_friction`]), which finds where sliding reverses.
+    Followed,
+}
+
 /// Comparison of an increment with the previous one.
 #[derive(Clone, Copy, Debug)]
 enum Judgement {
@@ -141,6 +154,10 @@ pub(super) struct Corrector<V> {
     kept: Option<JacobianHistory>,
     /// Whether surfaces could touch at the end of the last solve; the system may have evaluated another state since.
     might_touch: bool,
+    /// Number of the last solves, one after the other, by way of softer contacts.
+    softly_solved: usize,
+    /// Number of the next solves that do without, after one that they did not help.
+    softly_failed: usize,
     linear: LinearSystem,
     /// Displacements at which the Jacobian was evaluated.
     q_jacobian: V,
@@ -196,6 +213,8 @@ impl<V: Numbers> Corrector<V> {
             dt: options.dt,
             kept: None,
             might_touch: false,
+            softly_solved: 0,
+            softly_failed: 0,
             linear: LinearSystem::empty(),
             q_jacobian: V::zeros(n),
             v_jacobian: V::zeros(n),
@@ -272,7 +291,14 @@ impl<V: Numbers> Corrector<V> {
             tape.number(&mut kept.steps);
             tape.number(&mut kept.cost);
         });
-        tape.flag(&mut self.might_touch);
+        // In one number: simulations saved by earlier versions have the flag alone. Of the counts, none of which is larger than
+        // `STIFF_AGAIN`, one at least is zero.
+        let mut touching =
+            usize::from(self.might_touch) + 2 * (self.softly_solved + (STIFF_AGAIN + 1) * self.softly_failed);
+        tape.count(&mut touching);
+        self.might_touch = touching % 2 == 1;
+        (self.softly_solved, self.softly_failed) =
+            (touching / 2 % (STIFF_AGAIN + 1), touching / 2 / (STIFF_AGAIN + 1));
         if tape.reads() {
             self.prepare(system);
         }
@@ -298,7 +324,8 @@ impl<V: Numbers> Corrector<V> {
     /// the start of the step; tolerances are relative to the larger ones of both. `h` is the step size. After a failure
     /// the trial is undefined.
     ///
-    /// Tries in turn: the kept Jacobian, one of this step, fresh Jacobians with increments that may be shortened.
+    /// Tries in turn: the kept Jacobian, one of this step, fresh Jacobians with increments that may be shortened, and these by way of softer
+    /// contacts, with which solves begin after one that needed them.
     pub(super) fn solve<S: SecondOrderSystem + ?Sized>(
         &mut self,
         system: &mut S,
@@ -330,14 +357,32 @@ impl<V: Numbers> Corrector<V> {
             self.contraction = Contraction::unknown();
             trial.set(guess);
         }
-        let outcome = self.with_fresh_jacobians(system, trial, [guess, last], h, counters);
-        if !V::IS_PLAIN
-            && let Some(model) = system.model()
-        {
-            model.follow_friction(None);
+        let may_soften =
+            !V::IS_PLAIN && !self.is_at_rest && system.facts().has_contact && self.softly_failed == 0;
+        self.softly_failed = self.softly_failed.saturating_sub(1);
+        let begins_softly = may_soften && !self.softly_solved.is_multiple_of(STIFF_AGAIN);
+        let mut outcome = Err(Failure::NotConverged);
+        if begins_softly {
+            outcome = self.with_softer_contacts(system, trial, [guess, last], h, counters)?;
+        }
+        if outcome.is_err() {
+            trial.set(guess);
+            let solved =
+                self.with_fresh_jacobians(system, trial, [guess, last], h, Friction::Followed, counters);
+            if !V::IS_PLAIN
+                && let Some(model) = system.model()
+            {
+                model.follow_friction(None);
+            }
+            outcome = solved?;
+            if outcome.is_err() && may_soften && !begins_softly && may_touch::<_, V>(system) {
+                outcome = self.with_softer_contacts(system, trial, [guess, last], h, counters)?;
+            } else if !begins_softly {
+                self.softly_solved = 0;
+            }
         }
         self.might_touch = may_touch::<_, V>(system);
-        outcome
+        Ok(outcome)
     }
 
     /// Newton's method with the kept Jacobian, or with one of this step if there is none or it converges too slowly.

@@ -265,6 +265,8 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
     fn call(self) {
         let Self { plan, work, memory, weights, matrix, touches } = self;
         let reaches = &plan.effects.contacts.pairs[work.effects.contact.touches[touches.start].pair].reaches;
+        clear(&mut memory.moved, reaches);
+        clear(&mut memory.faster, reaches);
         for t in touches {
             write_motions(plan, work, memory, reaches, t);
             write_answers(plan, work, memory, weights, reaches, t);
@@ -276,7 +278,17 @@ impl<G: Turning> Sweep for Stiffen<'_, G> {
     }
 }
 
-/// Writes the motions of both sides of a contact point per unit coordinate.
+/// Sets the components of motions to zero for these coordinates.
+#[inline(always)]
+fn clear(motions: &mut [Vec<f64>], reaches: &[Range<usize>]) {
+    for component in motions {
+        for rows in reaches {
+            component[rows.clone()].fill(0.0);
+        }
+    }
+}
+
+/// Writes the motions of both sides of a contact point per unit coordinate. They are zero, or those of another point of the same pair.
 #[inline(always)]
 fn write_motions<G: Turning>(
     plan: &Plan<G>,
@@ -287,11 +299,6 @@ fn write_motions<G: Turning>(
 ) {
     let touch = &work.effects.contact.touches[t];
     let ContactTangent { is_known, firsts, at_nodes, moved, faster, columns, columns_of, .. } = memory;
-    for component in moved.iter_mut().chain(&mut *faster) {
-        for rows in reaches {
-            component[rows.clone()].fill(0.0);
-        }
-    }
     for (s, side_place) in touch.sides.iter().enumerate() {
         let centre = touch.centres[s];
         let (velocity, moved_by, reach, curve) = match *side_place {
@@ -316,6 +323,11 @@ fn write_motions<G: Turning>(
         // What is beyond its own piece is the same at all places of a curve.
         let is_same_curve = curve.is_some() && columns_of[s] == curve;
         columns_of[s] = curve;
+        if !is_same_curve {
+            // Other coordinates may move this curve than the last one.
+            clear(&mut moved[6 * s..][..6], reaches);
+            clear(&mut faster[6 * s..][..6], reaches);
+        }
         for (p, weights) in moved_by {
             let piece = &plan.pieces[*p];
             let columns = &mut columns[s][piece.coordinates()];
@@ -368,8 +380,10 @@ fn write_answers<G: Turning>(
             }
             for (s, &motion) in answered.iter().enumerate() {
                 for (component, x) in answers[6 * s..][..6].iter_mut().zip(six(motion)) {
-                    for lane in 0..LANES {
-                        component[first + lane] = x.lane(lane);
+                    // One check of the bounds for the whole pack.
+                    let to = &mut component[first..].as_chunks_mut::<LANES>().0[0];
+                    for (lane, to) in to.iter_mut().enumerate() {
+                        *to = x.lane(lane);
                     }
                 }
             }

@@ -1,8 +1,9 @@
 //! Intervals of a curve in which a gap is negative, and points at which it is not smooth.
 
 use crate::robot::effects::contact::plan::{MOST_CHANGES, MOST_INTERVALS};
+use crate::robot::effects::contact::shapes::bracket;
 
-/// Maximum number of steps of regula falsi, and of places between two samples at which the gap is evaluated.
+/// Maximum number of places between two samples at which the gap is evaluated to find its signs.
 const MOST_STEPS: usize = 60;
 
 /// Smallest distance of an intermediate place from both ends, as a fraction of the interval.
@@ -204,17 +205,34 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
         (highest > self.negligible).then_some(a.x + inside(t, h))
     }
 
-    /// Zero of the gap between two places of different signs.
+    /// Zero of the gap between two places of different signs, by Newton's method from that of the cubic through both.
     fn zero(&self, a: Place, b: Place) -> Place {
-        let slope = std::cell::Cell::new(0.0);
-        let value = |x: f64| {
-            let (value, at) = (self.at)(x);
-            slope.set(at);
-            value
+        let (way, sign) = (b.x - a.x, if a.is_touched { 1.0 } else { -1.0 });
+        let last = std::cell::Cell::new(0.0);
+        let rising = |t: f64| {
+            let (value, slope) = (self.at)(a.x + way * t);
+            last.set(slope);
+            (sign * value, sign * slope * way)
         };
-        let x = zero(value, [a.x, b.x], [a.value, b.value]);
-        Place { x, value: 0.0, slope: slope.get(), is_touched: false }
+        let t = bracket::root(guess([a, b]), rising);
+        Place { x: a.x + way * t, value: 0.0, slope: last.get(), is_touched: false }
     }
+}
+
+/// Fraction of the way between two places of different signs at which the cubic through their values and slopes vanishes; the middle where
+/// the gap is infinite.
+fn guess([a, b]: [Place; 2]) -> f64 {
+    let (way, rise) = (b.x - a.x, b.value - a.value);
+    if !rise.is_finite() || rise == 0.0 {
+        return 0.5;
+    }
+    let sign = rise.signum();
+    let [start, end] = [a.slope * way, b.slope * way];
+    let (bend, growth) = (3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise);
+    bracket::root(-a.value / rise, |t| {
+        let value = a.value + (start + (bend + growth * t) * t) * t;
+        (sign * value, sign * (start + (2.0 * bend + 3.0 * growth * t) * t))
+    })
 }
 
 impl Search {
@@ -232,48 +250,52 @@ fn inside(t: f64, h: f64) -> f64 {
     t.clamp(BESIDE_ENDS * h, (1.0 - BESIDE_ENDS) * h)
 }
 
-/// A zero between two places with values of different signs: regula falsi, Illinois variant (Dowell and Jarratt 1971).
-fn zero(f: impl Fn(f64) -> f64, [mut a, mut b]: [f64; 2], [mut at_a, mut at_b]: [f64; 2]) -> f64 {
-    let mut side = 0;
-    for _ in 0..MOST_STEPS {
-        if !(at_a.is_finite() && at_b.is_finite()) {
-            // Infinite at one end: bisect.
-            let middle = 0.5 * (a + b);
-            let at = f(middle);
-            if (at < 0.0) == (at_a < 0.0) {
-                (a, at_a) = (middle, at);
-            } else {
-                (b, at_b) = (middle, at);
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// Overlaps of parabolas, steep and flat ones and of a sphere, are found to rounding, with few evaluations of the gap.
+    #[test]
+    fn zeros_of_gaps_are_found_within_a_few_evaluations() {
+        let evaluations = Cell::new(0);
+        let mut most = 0;
+        for i in 0..200 {
+            let (middle, depth) = (0.3 + 0.002 * f64::from(i), 10.0_f64.powf(-0.03 * f64::from(i)));
+            let parabola = |x: f64| ((x - middle).powi(2) - 0.04 * depth, 2.0 * (x - middle));
+            let sphere = |x: f64| {
+                let length = (x - middle).hypot(0.1);
+                (length - 0.1 - 0.02 * depth, (x - middle) / length)
+            };
+            let half = (0.1 + 0.02 * depth).powi(2) - 0.01;
+            let of_both: [(&dyn Fn(f64) -> (f64, f64), f64); 2] =
+                [(&parabola, (0.04 * depth).sqrt()), (&sphere, half.sqrt())];
+            for (gap, half) in of_both {
+                evaluations.set(0);
+                let at = |x| {
+                    evaluations.set(evaluations.get() + 1);
+                    gap(x)
+                };
+                let found = Gap { at, bend: 0.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[middle]);
+                let [[from, to]] = found.as_slice() else { panic!("{i}: not one interval") };
+                let error = (from - middle + half).abs().max((to - middle - half).abs());
+                assert!(error < 1e-13, "{i}: {from} {to}, not {middle} -+ {half}");
+                most = most.max(evaluations.get());
             }
-            if (b - a).abs() <= SAME_PLACE {
-                break;
-            }
-            continue;
         }
-        let x = (a * at_b - b * at_a) / (at_b - at_a);
-        let at = f(x);
-        if at == 0.0 || (b - a).abs() <= SAME_PLACE {
-            return x;
-        }
-        if (at < 0.0) == (at_a < 0.0) {
-            if (x - a).abs() <= SAME_PLACE {
-                return x;
-            }
-            (a, at_a) = (x, at);
-            if side == -1 {
-                at_b *= 0.5;
-            }
-            side = -1;
-        } else {
-            if (x - b).abs() <= SAME_PLACE {
-                return x;
-            }
-            (b, at_b) = (x, at);
-            if side == 1 {
-                at_a *= 0.5;
-            }
-            side = 1;
-        }
+        // Of the middle and of both zeros.
+        assert!(most <= 13, "{most}");
     }
-    if at_a.abs() < at_b.abs() { a } else { b }
+
+    /// Gaps with corners, as over edges of boxes, and those that are infinite beyond a place.
+    #[test]
+    fn zeros_beside_corners_and_infinite_gaps_are_found() {
+        let edge = |x: f64| if x < 0.4 { (0.3 - x, -1.0) } else { (0.02 * (x - 0.4) - 0.1, 0.02) };
+        let hidden = |x: f64| if x < 0.25 { (f64::INFINITY, 0.0) } else { (0.1 - x * x, -2.0 * x) };
+        let found = |gap: &dyn Fn(f64) -> (f64, f64)| {
+            Gap { at: gap, bend: 2.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[]).as_slice()[0]
+        };
+        let [[from, _], [later, to]] = [found(&edge), found(&hidden)];
+        assert!((from - 0.3).abs() < 1e-13 && (later - 0.1_f64.sqrt()).abs() < 1e-13 && to == 1.0);
+    }
 }

@@ -307,8 +307,13 @@ impl<'a, G: Turning> Scene<'a, G> {
 
     /// Whether a curve can be close to the other surface.
     fn may_meet(&self, c: usize, other: &Other<'_>) -> bool {
-        let Other::Rod { near, .. } = *other else { return self.is_near[c] };
-        others(near, c).next().is_some()
+        match *other {
+            Other::Rod { near, .. } => others(near, c).next().is_some(),
+            Other::Solid { solid, grown, .. } => {
+                let (centre, radius) = self.bounds[c];
+                self.is_near[c] && solid.distance(centre).value <= radius + grown
+            }
+        }
     }
 
     /// Whether a part of a curve can be close to the other surface.
@@ -641,20 +646,27 @@ impl<'a, G: Turning> Scene<'a, G> {
                 begin < arc + near && end > arc - near
             })
         };
-        // Starts with the part of the lowest bound, which excludes most others.
+        // Starts with the part of the lowest bound, which excludes most others, often all: the next bound tells.
         let mut hope = (f64::INFINITY, curves.start, 0);
-        let is_nearer = |c: usize, than: f64| {
+        let mut next = f64::INFINITY;
+        let around = |c: usize| {
             let (centre, radius) = self.bounds[c];
-            self.is_near[c] && distance::between(point, centre) - radius < than
+            distance::between(point, centre) - radius
         };
-        for c in curves.clone() {
-            if !is_nearer(c, hope.0) {
+        for c in curves.clone().filter(|&c| self.is_near[c]) {
+            let least = around(c);
+            if least >= hope.0 {
+                next = next.min(least);
                 continue;
             }
             for (index, span) in self.spans(c).iter().enumerate() {
                 let least = span.distance(point);
-                if least < hope.0 && !is_neighbour(c, index) {
-                    hope = (least, c, index);
+                if least < next && !is_neighbour(c, index) {
+                    if least < hope.0 {
+                        (next, hope) = (hope.0, (least, c, index));
+                    } else {
+                        next = least;
+                    }
                 }
             }
         }
@@ -664,24 +676,27 @@ impl<'a, G: Turning> Scene<'a, G> {
         let look = |c: usize, index: usize| {
             let part = self.part(c, index);
             let x = part.nearest_to(point);
-            (distance::between(point, part.at(x)[0]) - part.radius(x), c, part, x)
+            (distance::between(point, part.at(x)[0]) - part.radius(x), c, index, x)
         };
         let (_, c, index) = hope;
         let mut best = look(c, index);
-        for o in curves.clone() {
-            if !is_nearer(o, best.0) {
-                continue;
-            }
-            for (i, span) in self.spans(o).iter().enumerate() {
-                if (o, i) != (c, index) && span.distance(point) < best.0 && !is_neighbour(o, i) {
-                    let other = look(o, i);
-                    if other.0 < best.0 {
-                        best = other;
+        if next < best.0 {
+            for o in curves.clone().filter(|&o| self.is_near[o]) {
+                if around(o) >= best.0 {
+                    continue;
+                }
+                for (i, span) in self.spans(o).iter().enumerate() {
+                    if (o, i) != (c, index) && span.distance(point) < best.0 && !is_neighbour(o, i) {
+                        let other = look(o, i);
+                        if other.0 < best.0 {
+                            best = other;
+                        }
                     }
                 }
             }
         }
-        let (_, curve, part, x) = best;
+        let (_, curve, index, x) = best;
+        let part = self.part(curve, index);
         // The nearest place may be an end of the searched parts, beyond which there are neighbours.
         let (arc, is_end) = (part.arc + part.length * x, x == 0.0 || x == 1.0);
         let adjoins = |o: usize, i: usize| {

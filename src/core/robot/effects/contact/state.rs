@@ -95,6 +95,8 @@ pub(crate) struct Cached {
     pub(crate) moved: Vec<f64>,
     pub(crate) swept: Vec<(Vector<f64>, f64)>,
     pub(crate) branches: Vec<(Vector<f64>, f64)>,
+    /// The same of the parts of curves that come close to others, in the places of their first samples.
+    pub(crate) swept_parts: Vec<Option<(Vector<f64>, f64)>>,
 }
 
 /// Coefficient of one Chebyshev polynomial in the position of a curve, and in its first and second

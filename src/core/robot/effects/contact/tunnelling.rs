@@ -13,6 +13,7 @@
 
 use crate::model::Radius;
 use crate::numerics::lie::{Quaternion, Rotation, Vector};
+use crate::robot::effects::contact::broad_phase::Ball;
 use crate::robot::effects::contact::patch::{
     self, Line, Patch, SHORT_PATH, TUNNELLING_OVERLAP, deeper, goes_deeper,
 };
@@ -152,6 +153,9 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
 fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measure: Radius) -> bool {
     let mut state = std::mem::take(&mut work.effects.contact);
     let mut near = std::mem::take(&mut state.near);
+    let mut swept_parts = std::mem::take(&mut state.cached.swept_parts);
+    swept_parts.clear();
+    swept_parts.resize(state.samples.len(), None);
     let have_crossed = plan.effects.contacts.pairs.iter().any(|pair| {
         let [Side::Rod(rod), Side::Rod(other)] = &pair.sides else { return false };
         near.clear();
@@ -161,10 +165,16 @@ fn have_rods_crossed<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>, measur
                 detection::compute_slopes_and_bounds(plan, &work.slope, &mut state, curve);
             }
             let paths = Paths { plan, q: &work.kinematics_of, contact: &state, measure };
-            paths.swept(c).may_overlap(&paths.swept(o)) && paths.have_crossed(pair, c, o)
+            if !paths.swept(c).may_overlap(&paths.swept(o)) {
+                return false;
+            }
+            for curve in [c, o] {
+                paths.sweep_parts(curve, &mut swept_parts);
+            }
+            paths.have_crossed(pair, [c, o], &swept_parts)
         })
     });
-    state.near = near;
+    (state.near, state.cached.swept_parts) = (near, swept_parts);
     work.effects.contact = state;
     have_crossed
 }
@@ -295,11 +305,16 @@ impl<G: Turning> Paths<'_, G> {
     }
 
     fn parts(&self, c: usize) -> impl Iterator<Item = Part> + '_ {
+        (0..self.plan.effects.contacts.curves[c].samples.len() - 1).map(move |i| self.part(c, i))
+    }
+
+    fn part(&self, c: usize, i: usize) -> Part {
         let curve = &self.plan.effects.contacts.curves[c];
         let seen = curve.first_sample..curve.first_sample + curve.samples.len();
         let shapes = [&self.contact.cached.samples[seen.clone()], &self.contact.samples[seen]];
         let last = curve.samples.len() - 2;
-        curve.samples.windows(2).enumerate().map(move |(i, ends)| Part {
+        let ends = [&curve.samples[i], &curve.samples[i + 1]];
+        Part {
             patch: Patch(shapes.map(|samples| {
                 let part = ends[1].x - ends[0].x;
                 let [[p, a], [q, b]] = [i, i + 1].map(|i| [samples[i][0], samples[i][1] * part]);
@@ -314,21 +329,36 @@ impl<G: Turning> Paths<'_, G> {
             thin: ends.iter().map(|end| 0.5 * end.half_extents[0].min(end.half_extents[1])).sum(),
             arc: curve.start + ends[0].x * curve.length,
             length: (ends[1].x - ends[0].x) * curve.length,
-        })
+        }
     }
 
-    /// Whether parts of two curves that may be close to each other have passed through each other.
-    fn have_crossed(&self, pair: &Pair, c: usize, o: usize) -> bool {
-        self.parts(c).any(|part| {
-            let (centre, radius) = part.bound();
-            self.parts(o).any(|other| {
+    /// Computes the balls around the volumes that the parts of a curve sweep, if they are not known.
+    fn sweep_parts(&self, c: usize, swept: &mut [Option<Ball>]) {
+        let first = self.plan.effects.contacts.curves[c].first_sample;
+        if swept[first].is_none() {
+            for (swept, part) in swept[first..].iter_mut().zip(self.parts(c)) {
+                *swept = Some(part.bound());
+            }
+        }
+    }
+
+    /// Whether parts of two curves that may be close to each other have passed through each other; the balls around what both sweep are known.
+    fn have_crossed(&self, pair: &Pair, curves: [usize; 2], swept: &[Option<Ball>]) -> bool {
+        let balls = |c: usize| {
+            let curve = &self.plan.effects.contacts.curves[c];
+            swept[curve.first_sample..][..curve.samples.len() - 1].iter().flatten().enumerate()
+        };
+        let [c, o] = curves;
+        balls(c).any(|(i, &(centre, radius))| {
+            balls(o).any(|(j, &(there, of_other))| {
+                if distance(centre, there) > radius + of_other {
+                    return false;
+                }
+                let (part, other) = (self.part(c, i), self.part(o, j));
                 // Pairs of a rod with itself appear in both orders: one suffices.
                 let is_far =
                     pair.neighbourhood == 0.0 || other.arc > part.arc + part.length + pair.neighbourhood;
-                let (there, of_other) = other.bound();
-                is_far
-                    && distance(centre, there) <= radius + of_other
-                    && have_crossed(&part, &other, self.measure.of(part.thin, other.thin))
+                is_far && have_crossed(&part, &other, self.measure.of(part.thin, other.thin))
             })
         })
     }

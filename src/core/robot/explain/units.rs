@@ -1,0 +1,71 @@
+//! Questions about numbers that are probably in other units than SI.
+
+use super::text::significant;
+use crate::description::rod::{Section, Segment};
+use crate::robot::description::Robot;
+
+/// Pascals: softer than anything that holds its shape; brain and the softest gels have about 1 kPa (Engler et al. 2006).
+const SOFTEST: f64 = 1e3;
+
+/// Pascals: stiffer than anything. Diamond has 1.2e12.
+const STIFFEST: f64 = 2e12;
+
+/// Kilograms per cubic metre: lighter than foams, heavier than osmium (22 590).
+const LIGHTEST: f64 = 10.0;
+const HEAVIEST: f64 = 23e3;
+
+/// Metres: half the width of a rod whose sizes are probably in millimetres.
+const WIDEST: f64 = 1.0;
+
+/// m/s^2: gravity above this is probably in other units.
+const STRONGEST_GRAVITY: f64 = 100.0;
+
+/// Parts of a segment between the places where its width is looked at.
+const PLACES: u32 = 16;
+
+/// A sentence about each implausible modulus, density and width, and about the gravity; each is said once.
+pub(crate) fn implausible_units(robot: &Robot) -> Vec<String> {
+    let mut said = Vec::new();
+    let mut say = |sentence: String| {
+        if !said.contains(&sentence) {
+            said.push(sentence);
+        }
+    };
+    for segment in robot.links.iter().flat_map(|link| &link.rod) {
+        // A given section has neither a modulus nor a density.
+        if matches!(segment.section, Section::Given(_)) {
+            continue;
+        }
+        let [modulus, density] = [segment.young_modulus, segment.density];
+        if !(SOFTEST..=STIFFEST).contains(&modulus) {
+            let than = if modulus < SOFTEST { "softer than any gel" } else { "stiffer than diamond" };
+            let modulus = significant(modulus);
+            say(format!(
+                "A Young's modulus of {modulus} Pa is {than}; in pascals rubber has 1e6 and steel 2.1e11."
+            ));
+        }
+        if !(LIGHTEST..=HEAVIEST).contains(&density) {
+            let than = if density < LIGHTEST { "lighter than foam" } else { "heavier than any metal" };
+            let density = significant(density);
+            say(format!("A density of {density} kg/m³ is {than}; water has 1000 and steel 7800."));
+        }
+    }
+    for link in &robot.links {
+        let widest = link.rod.iter().map(half_width).fold(0.0, f64::max);
+        if widest > WIDEST {
+            say(format!("{:?} is {} m wide; lengths are in metres.", link.name, significant(2.0 * widest)));
+        }
+    }
+    let strength = robot.gravity.iter().fold(0.0_f64, |sum, g| sum.hypot(*g));
+    if strength > STRONGEST_GRAVITY {
+        let strength = significant(strength);
+        say(format!("Gravity is {strength} m/s², on Earth it is 9.81; lengths are in metres."));
+    }
+    said
+}
+
+/// The largest half extent of a segment's section.
+fn half_width(segment: &Segment) -> f64 {
+    let at = |i| f64::from(i) / f64::from(PLACES);
+    (0..=PLACES).flat_map(|i| segment.section.half_extents(at(i))).fold(0.0, f64::max)
+}
