@@ -311,3 +311,18 @@ def test_what_touches_in_part_is_cut_without_jumps():
     beyond = np.maximum(places, first)
     exact = STIFFNESS * np.sin(0.004) * ((LENGTH - first) ** 2 - (beyond - first) ** 2) / 2
     np.testing.assert_allclose(found, exact, atol=1e-5 * exact[0])
+
+
+@pytest.mark.parametrize("place", [-0.006, -0.005, -0.002])
+def test_a_start_within_an_obstacle_is_refused_with_its_largest_overlap(place):
+    """A rod of 0.9 mm beside the axis of a capsule of 8 mm: of several places, the deepest."""
+    segment = lissom.Segment(1.0, 0.9e-3, 5e10, 2e10, 6450.0, {"bend_y": 8})
+    obstacle = lissom.Capsule((0.2, -0.05, place), (0.2, 0.05, place), 0.008)
+    link = lissom.Link("catheter", rod=[segment], position=(-0.55, 0, 0))
+    contact = lissom.Contact("catheter", obstacle, stiffness=1e5)
+    robot = lissom.Robot([link], contacts=[contact], gravity=(0, 0, 0))
+    rest = np.zeros(robot.n)
+    deepest = max(touch.overlap for touch in robot.touches(rest, rest))
+    assert deepest == pytest.approx(0.0089 + place, rel=0.1)
+    with pytest.raises(ValueError, match=f"overlaps by {deepest:.4f} m".replace(".", r"\.")):
+        lissom.simulate(robot, 0.01, dt=1e-3)

@@ -25,14 +25,16 @@ const STRONG_DISSIPATION: f64 = 3.0;
 /// Surfaces rest on each other if their distance changes in a step by less than this part of their overlap.
 const AT_REST: f64 = 1e-2;
 
-/// A contact whose surfaces overlap by more than a radius, and the overlap.
+/// The contact whose surfaces overlap most of those that overlap by more than a radius, and the overlap.
 pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
     let is_sunk = |touch: &&Touch| {
         let (first, [_, second]) = (touch.contact_point.thickness, touch.contact_point.radii);
         let smallest = if second > 0.0 { first.min(second) } else { first };
         touch.contact_point.overlap > smallest
     };
-    if let Some(touch) = work.effects.contact.touches.iter().find(is_sunk) {
+    let sunk = work.effects.contact.touches.iter().filter(is_sunk);
+    let deepest = sunk.max_by(|a, b| a.contact_point.overlap.total_cmp(&b.contact_point.overlap));
+    if let Some(touch) = deepest {
         return Some((plan.effects.contacts.pairs[touch.pair].contact, touch.contact_point.overlap));
     }
     // Bodies that penetrate each other up to their middles need not have contact points at corners or edges.
