@@ -223,7 +223,7 @@ impl ImpactResolver {
         let (n, h) = (q.len(), t_span.1 - t_span.0);
         model.set_time(t_span.0)?;
         // What flies is stopped by `end_at_contact`.
-        let first_step = if model.overlaps(q) { h.min(FIRST_STEP * impact) } else { h };
+        let first_step = if model.deepest_overlap(q).is_some() { h.min(FIRST_STEP * impact) } else { h };
         let options = radau::Options {
             atol: self.atol([q, v], impact, h).into(),
             first_step: Some(first_step),
