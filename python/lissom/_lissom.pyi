@@ -1745,7 +1745,7 @@ class SimulationSettings:
     @property
     def rtol(self) -> float: ...
     @property
-    def atol(self) -> float: ...
+    def atol(self) -> float | None: ...
     @property
     def output_dt(self) -> float | None: ...
     @property
@@ -1918,7 +1918,7 @@ def newmark(
     alpha: float | None = None,
     rho_inf: float | None = None,
     rtol: ArrayLike = 1e-06,
-    atol: ArrayLike = 1e-09,
+    atol: ArrayLike | None = None,
     adaptive: bool = False,
     max_step: float | None = None,
     min_step: float = 0.0,
@@ -1942,7 +1942,7 @@ def simulate(
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
-    atol: ArrayLike = 1e-09,
+    atol: ArrayLike | None = None,
     t_eval: ArrayLike | Literal["steps"] | None = None,
     progress: Callable[[float], object] | None = None,
     beta: float = 0.25,
@@ -2004,7 +2004,7 @@ def simulate_many(
     dt: float = 0.01,
     jac: Literal["analytic", "forward", "central"] = "analytic",
     rtol: ArrayLike = 1e-06,
-    atol: ArrayLike = 1e-09,
+    atol: ArrayLike | None = None,
     t_eval: ArrayLike | None = None,
     beta: float = 0.25,
     gamma: float = 0.5,
@@ -2082,7 +2082,7 @@ class Simulation:
         v0: ArrayLike | None = None,
         t0: float = 0.0,
         rtol: ArrayLike = 1e-06,
-        atol: ArrayLike = 1e-09,
+        atol: ArrayLike | None = None,
         beta: float = 0.25,
         gamma: float = 0.5,
         alpha: float | None = None,
@@ -2148,7 +2148,7 @@ class Simulations:
         t0: float = 0.0,
         workers: int | None = None,
         rtol: ArrayLike = 1e-06,
-        atol: ArrayLike = 1e-09,
+        atol: ArrayLike | None = None,
         beta: float = 0.25,
         gamma: float = 0.5,
         alpha: float | None = None,

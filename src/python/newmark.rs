@@ -56,7 +56,8 @@ use crate::simulation::stepping;
 ///     A step is solved until the estimated error of the acceleration i is far below ``atol[i] + rtol[i] * abs(a[i])``. With
 ///     `adaptive` the local errors of displacement and velocity i are kept below ``atol[i] + rtol[i] * abs(q[i])`` and
 ///     ``atol[i] + rtol[i] * abs(v[i])``, in the root mean square. The unit of `atol` is that of q, of q per time, and of q per
-///     time squared, respectively.
+///     time squared, respectively. By default errors of accelerations near zero move coordinates by rounding alone, in any
+///     units, and local errors are controlled with 1e-9.
 /// adaptive : bool
 ///     Whether an error estimate controls the step size.
 /// max_step, min_step : float, optional
@@ -105,7 +106,7 @@ use crate::simulation::stepping;
         a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None, **others
     ),
     text_signature = "(residual, t_span, q0, v0, *, dt, beta=0.25, gamma=0.5, jac='forward', method='newmark', \
-                      alpha=None, rho_inf=None, rtol=1e-06, atol=1e-09, adaptive=False, max_step=None, min_step=0.0, \
+                      alpha=None, rho_inf=None, rtol=1e-06, atol=None, adaptive=False, max_step=None, min_step=0.0, \
                       max_steps=None, t_eval=None, a0=None, predictor='best', reuse_jacobian=True, args=None, \
                       callback=None)"
 )]
@@ -155,7 +156,7 @@ pub(crate) fn newmark<'py>(
         step_size: StepSize::new(adaptive, max_step, min_step).or_raise()?,
         derivative,
         rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
-        atol: atol.map_or(Ok(defaults.atol.clone()), |atol| tolerance(atol, "atol"))?,
+        atol: atol.map(|atol| tolerance(atol, "atol")).transpose()?,
         predictor: word(predictor, "predictor")?,
         reuse_jacobian,
         initial_acceleration: a0.map(|a0| convert::vector(a0, "a0")).transpose()?,

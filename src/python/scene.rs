@@ -308,8 +308,8 @@ impl PyScene {
             arguments.set_item("jac", jac(simulation))?;
         }
         arguments.set_item("rtol", simulation.rtol)?;
-        if simulation.method != Method::Auto {
-            arguments.set_item("atol", simulation.atol)?;
+        if let Some(atol) = simulation.atol {
+            arguments.set_item("atol", atol)?;
         }
         if let Some(times) = simulation.output_times() {
             arguments.set_item("t_eval", times.to_pyarray(py))?;
@@ -428,9 +428,9 @@ impl PySimulationSettings {
         self.0.rtol
     }
 
-    /// Absolute tolerance.
+    /// Absolute tolerance; None for the default of the method.
     #[getter]
-    fn atol(&self) -> f64 {
+    fn atol(&self) -> Option<f64> {
         self.0.atol
     }
 
@@ -495,7 +495,7 @@ impl PySimulationSettings {
     fn _restore(
         names: (String, String, Vec<String>),
         span: (f64, f64),
-        numbers: (f64, f64, f64),
+        numbers: (f64, f64, Option<f64>),
         output_dt: Option<f64>,
     ) -> PyResult<Self> {
         let (method, jac, quantities) = names;

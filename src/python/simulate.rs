@@ -61,8 +61,10 @@ const EVERY_STEP: &str = "steps";
 ///     Newmark family: a step is solved until the estimated error of the acceleration i is far below
 ///     ``atol[i] + rtol[i] * abs(a[i])``. Adaptive steps and the other methods: the local errors of coordinate and velocity i
 ///     are kept below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, in the root mean square. The
-///     unit of `atol` is that of q, of q per second, and of q per second squared, respectively. 'auto': `rtol` (by default
-///     1e-4) is the largest error of the tip relative to the model's length; `atol` is not used.
+///     unit of `atol` is that of q, of q per second, and of q per second squared, respectively. By default it is 1e-9 for local
+///     errors; accelerations near zero are solved to what moves coordinates by rounding alone, in any units (see
+///     ``docs/newmark.md``). 'auto': `rtol` (by default 1e-4) is the largest error of the tip relative to the model's length;
+///     `atol` is not used.
 /// t_eval : array_like or 'steps', optional
 ///     Increasing output times from `t0` to `t_end`, or 'steps' for every accepted step. By default every step (Newmark family)
 ///     or every `dt`.
@@ -130,7 +132,7 @@ const EVERY_STEP: &str = "steps";
         control_step=None, max_seconds=None, **others
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
-                      atol=1e-09, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
+                      atol=None, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
                       adaptive=False, max_step=None, min_step=0.0, max_steps=None, predictor='best', \
                       reuse_jacobian=True, control=None, control_step=None, max_seconds=None)"
 )]
@@ -355,11 +357,12 @@ impl OptionArguments<'_, '_> {
             return Ok(Auto { rtol, max_step, max_steps, space_error: true }.into());
         }
         let rtol = self.rtol.map_or(Ok(RTOL.into()), |rtol| tolerance(rtol, "rtol"))?;
-        let atol = self.atol.map_or(Ok(ATOL.into()), |atol| tolerance(atol, "atol"))?;
+        let atol = self.atol.map(|atol| tolerance(atol, "atol")).transpose()?;
+        let atol_of_states = atol.clone().unwrap_or_else(|| ATOL.into());
         Ok(match name {
-            "radau" => Radau { rtol, atol, max_step, min_step, max_steps }.into(),
-            "rk45" => Rk45 { rtol, atol, max_step, min_step, max_steps }.into(),
-            "dop853" => Dop853 { rtol, atol, max_step, min_step, max_steps }.into(),
+            "radau" => Radau { rtol, atol: atol_of_states, max_step, min_step, max_steps }.into(),
+            "rk45" => Rk45 { rtol, atol: atol_of_states, max_step, min_step, max_steps }.into(),
+            "dop853" => Dop853 { rtol, atol: atol_of_states, max_step, min_step, max_steps }.into(),
             "quasi_static" => {
                 let given = [("max_step", max_step.is_some()), ("min_step", min_step != 0.0)];
                 refuse(given, name)?;

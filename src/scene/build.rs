@@ -282,7 +282,7 @@ fn simulation(written: &Settings, n: usize, shape: &mut Shape) -> Simulation {
         dt: written.dt.unwrap_or(default.dt),
         jac: written.jac,
         rtol: written.rtol.unwrap_or(default_rtol),
-        atol: written.atol.unwrap_or(default.atol),
+        atol: written.atol,
         output_dt: written.output.dt,
         quantities: quantities(&written.output),
         ..default
@@ -315,9 +315,11 @@ impl Simulation {
         let runs = starts && check.require(is_later, "t_end", Number(self.t_end), &expected);
         check.positive(self.dt, "dt", "seconds");
         check.non_negative(self.rtol, "rtol", "relative");
-        check.non_negative(self.atol, "atol", "absolute");
+        if let Some(atol) = self.atol {
+            check.non_negative(atol, "atol", "absolute");
+        }
         check.require(
-            self.rtol > 0.0 || self.atol > 0.0,
+            self.rtol > 0.0 || self.atol != Some(0.0),
             "rtol",
             "both rtol and atol zero",
             "one of them > 0",

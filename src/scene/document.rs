@@ -291,7 +291,8 @@ pub(super) struct Simulation {
     /// Default then: 1e-4.
     #[part(non_negative)]
     pub(super) rtol: Option<f64>,
-    /// Absolute tolerance, for values near zero. Default: 1e-9. Not with method "auto".
+    /// Absolute tolerance, for values near zero. By default 1e-9 for errors of adaptive steps, and in fixed steps what moves coordinates by
+    /// rounding alone, in any units. Not with method "auto".
     #[part(non_negative)]
     pub(super) atol: Option<f64>,
     /// Output of the run.

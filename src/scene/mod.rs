@@ -141,8 +141,8 @@ pub struct Simulation {
     pub jac: Jacobian,
     /// Relative tolerance; with [`Method::Auto`] the requested accuracy.
     pub rtol: f64,
-    /// Absolute tolerance.
-    pub atol: f64,
+    /// Absolute tolerance; `None`: the default of the method.
+    pub atol: Option<f64>,
     /// Interval between stored states, in seconds; `dt` if `None`.
     pub output_dt: Option<f64>,
     /// Quantities stored in addition to the coordinates.
@@ -159,7 +159,7 @@ impl Simulation {
             dt: 1e-2,
             jac: Jacobian::default(),
             rtol: 1e-6,
-            atol: 1e-9,
+            atol: None,
             output_dt: None,
             quantities: Vec::new(),
         }

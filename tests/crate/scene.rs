@@ -63,7 +63,7 @@ fn left_out_keys_have_the_defaults_of_the_rod() {
     let simulation = scene.simulation;
     assert_eq!(simulation.t_end, 3.0);
     assert_eq!((simulation.method, simulation.jac), (Method::Newmark, Jacobian::Analytic));
-    assert_eq!((simulation.dt, simulation.rtol, simulation.atol), (1e-2, 1e-6, 1e-9));
+    assert_eq!((simulation.dt, simulation.rtol, simulation.atol), (1e-2, 1e-6, None));
     assert_eq!(simulation.output_dt, None);
     assert_eq!(simulation.quantities.len(), 4, "everything is kept");
 }
@@ -139,7 +139,7 @@ output = { dt = 0.1, quantities = ["shape", "energy"] }
     let simulation = scene.simulation;
     assert_eq!((simulation.method, simulation.jac), (Method::Rk45, Jacobian::Central));
     assert_eq!((simulation.t_end, simulation.dt), (2.5, 1e-3));
-    assert_eq!((simulation.rtol, simulation.atol), (1e-8, 1e-10));
+    assert_eq!((simulation.rtol, simulation.atol), (1e-8, Some(1e-10)));
     assert_eq!(simulation.output_dt, Some(0.1));
     assert_eq!(simulation.quantities, [Quantity::Energy, Quantity::Shape]);
 }

@@ -305,7 +305,7 @@ fn order_two_with_inputs_that_jump() {
         let error = |dt: f64| {
             let method = Method::Newmark(newmark::Options {
                 rtol: 1e-12.into(),
-                atol: 1e-13.into(),
+                atol: Some(1e-13.into()),
                 ..newmark(name, dt)
             });
             let t_end = f64::from(intervals) * step;

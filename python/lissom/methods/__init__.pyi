@@ -19,7 +19,7 @@ class Newmark(Part):
         beta: float | None = None,
         gamma: float | None = None,
         rtol: ArrayLike = 1e-6,
-        atol: ArrayLike = 1e-9,
+        atol: ArrayLike | None = None,
         adaptive: bool = False,
         max_step: float | None = None,
         min_step: float = 0.0,
@@ -40,7 +40,7 @@ class Newmark(Part):
     @property
     def rtol(self) -> float | tuple[float, ...]: ...
     @property
-    def atol(self) -> float | tuple[float, ...]: ...
+    def atol(self) -> float | tuple[float, ...] | None: ...
     @property
     def adaptive(self) -> bool: ...
     @property
@@ -130,13 +130,13 @@ class QuasiStatic(Part):
         self,
         *,
         rtol: ArrayLike = 1e-6,
-        atol: ArrayLike = 1e-9,
+        atol: ArrayLike | None = None,
         max_steps: int | None = None,
     ) -> None: ...
     @property
     def rtol(self) -> float | tuple[float, ...]: ...
     @property
-    def atol(self) -> float | tuple[float, ...]: ...
+    def atol(self) -> float | tuple[float, ...] | None: ...
     @property
     def max_steps(self) -> int | None: ...
 

@@ -109,7 +109,8 @@ pub trait InContact: Dynamics {
 
 /// Contacts and stops of a model, as integrators use them.
 pub trait InImpact: InContact {
-    /// By how much each [stop](super::Facts::has_stops) is deformed in a shape, negative where it does not act.
+    /// By how much each [stop](super::Facts::has_stops) is deformed in a shape, negative where it does not act, in radians or parts of the
+    /// model's length.
     fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>);
 
     /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this

@@ -89,8 +89,7 @@ pub fn have_tunnelled<'a, M: Static + ?Sized>(
     Ok(false)
 }
 
-/// Stops are missed if a step passes them by more than this, in metres or radians, or by this part of a longer
-/// model; far below the tolerances of methods.
+/// Stops are missed if a step passes them by more than this, in radians or parts of the length; far below the tolerances of methods.
 const LARGEST_PASSAGE: f64 = 1e-9;
 
 /// Number of parts of a step at whose ends stops are tested: a path to a stop and back has one extremum.
@@ -107,7 +106,6 @@ fn have_met_stops<M: Model + ?Sized>(
     memory: &mut Vec<f64>,
 ) -> Result<bool, Interrupted> {
     let h = t_new - t;
-    let missed = LARGEST_PASSAGE * model.facts().length.max(1.0);
     let mut samples = [const { Vec::new() }; STOP_SAMPLES + 1];
     memory.resize(ends[0].len(), 0.0);
     for (sample, beyond) in samples.iter_mut().enumerate() {
@@ -120,7 +118,8 @@ fn have_met_stops<M: Model + ?Sized>(
     }
     Ok((0..samples[0].len()).any(|stop| {
         let is_before = samples[0][stop].max(samples[STOP_SAMPLES][stop]) <= 0.0;
-        let passes = |near: &[Vec<f64>]| highest([near[0][stop], near[1][stop], near[2][stop]]) > missed;
+        let passes =
+            |near: &[Vec<f64>]| highest([near[0][stop], near[1][stop], near[2][stop]]) > LARGEST_PASSAGE;
         is_before && samples.windows(3).any(passes)
     }))
 }

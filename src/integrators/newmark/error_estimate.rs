@@ -1,6 +1,6 @@
 //! Error estimate of Zienkiewicz and Xie (1991), corrected where it is blind, and the resulting step size.
 
-use super::Scheme;
+use super::{ATOL, Scheme};
 use crate::error::Checker;
 
 /// A coefficient of the estimate closer to zero than this does not detect errors.
@@ -55,9 +55,9 @@ impl ErrorEstimate {
         }
     }
 
-    /// Root mean square of the local errors of displacements and velocities in units of the tolerances: a step is good
-    /// when it is at most 1.
-    pub(super) fn error(&self, h: f64, ends: &Ends<'_>, rtol: &[f64], atol: &[f64]) -> f64 {
+    /// Root mean square of the local errors of displacements and velocities in units of the tolerances, [`ATOL`] by default: a step is
+    /// good when it is at most 1.
+    pub(super) fn error(&self, h: f64, ends: &Ends<'_>, rtol: &[f64], atol: Option<&[f64]>) -> f64 {
         let Ends { q, v, a, s } = ends;
         let n = rtol.len();
         let mut sum = 0.0;
@@ -68,7 +68,8 @@ impl ErrorEstimate {
             let change = a[1][i] - a[0][i];
             let memory = if s.is_empty() { 0.0 } else { changed(s[i] - a[0][i] - self.shift * change) };
             let change = changed(change);
-            let tolerance = |x: &[&[f64]; 2]| atol[i] + rtol[i] * x[0][i].abs().max(x[1][i].abs());
+            let atol = atol.map_or(ATOL, |atol| atol[i]);
+            let tolerance = |x: &[&[f64]; 2]| atol + rtol[i] * x[0][i].abs().max(x[1][i].abs());
             let displacement = h * (self.displacement * change + self.memory[0] * memory);
             let velocity = self.velocity * change.abs() + (self.memory[1] * memory).abs();
             for (error, x) in [(displacement, q), (velocity, v)] {

@@ -2,6 +2,7 @@
 
 use super::linear_system::LinearSystem;
 use super::numbers::Numbers;
+use super::options::{Options, RTOL, UNRESOLVED_MOTION};
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, SecondOrderSystem, model_at};
@@ -21,9 +22,11 @@ pub(super) struct Jacobian {
     shifted: Trial<Vec<f64>>,
     zeros: Vec<f64>,
     scale: Vec<f64>,
-    /// Smallest sizes, at which the absolute tolerance exceeds the relative one. Increments of these sizes are within the absolute
-    /// tolerance.
-    smallest: Vec<f64>,
+    /// Smallest sizes, at which the absolute tolerance exceeds the relative one, if there is an absolute one. Increments of these sizes
+    /// are within the absolute tolerance.
+    smallest: Option<Vec<f64>>,
+    /// Without absolute tolerances, accelerations that are solved to nothing but rounding, of coordinates whose size is one.
+    smallest_acceleration: f64,
 }
 
 /// Approximate cost of the tangent of equations of motion given by functions, in residual evaluations.
@@ -34,6 +37,10 @@ const LARGEST_CHANGE: f64 = 0.1;
 
 /// The size of coordinates that are zero and have no absolute tolerance (MINPACK's choice in `fdjac1`).
 const SIZE_OF_ZERO: f64 = 1.0;
+
+/// Without an absolute tolerance, displacements count as at least this part of the size of their coordinate: the ratio of the default
+/// tolerances, [`ATOL`](super::ATOL) to [`RTOL`](super::RTOL), of coordinates whose size is one.
+const SMALLEST_MOTION: f64 = 1e-3;
 
 /// Smallest size over the relative increment: smaller ones would make increments that underflow.
 const SMALLEST_SIZE: f64 = 1e-290;
@@ -46,8 +53,8 @@ const VISIBLE_CHANGE: f64 = 1.8e-12;
 const ENLARGEMENTS: usize = 2;
 
 impl Jacobian {
-    pub(super) fn new(derivative: Derivative, rtol: &[f64], atol: &[f64]) -> Self {
-        let n = rtol.len();
+    pub(super) fn new(options: &Options, rtol: &[f64], atol: Option<&[f64]>) -> Self {
+        let (n, derivative) = (rtol.len(), options.derivative);
         let memory = if derivative == Derivative::Analytic { 0 } else { n };
         let increment = if derivative == Derivative::Central { CENTRAL_INCREMENT } else { FORWARD_INCREMENT };
         Self {
@@ -57,7 +64,9 @@ impl Jacobian {
             shifted: Trial::new(memory),
             zeros: vec![0.0; memory],
             scale: vec![0.0; memory],
-            smallest: rtol.iter().zip(atol).map(|(rtol, atol)| atol / rtol.max(increment)).collect(),
+            smallest_acceleration: UNRESOLVED_MOTION / (RTOL * options.dt * options.dt),
+            smallest: atol
+                .map(|atol| rtol.iter().zip(atol).map(|(rtol, atol)| atol / rtol.max(increment)).collect()),
         }
     }
 
@@ -79,7 +88,7 @@ impl Jacobian {
     ///
     /// Differences change the accelerations such that displacements, or velocities times `h`, change by the usual fraction
     /// of a displacement's size, but by no more than [`LARGEST_CHANGE`]. The size of a displacement is at least its motion
-    /// within `h`, and at least `self.smallest`. If large forces hide the change of the residual, the change is enlarged.
+    /// within `h`, and at least [`Self::smallest`]. If large forces hide the change of the residual, the change is enlarged.
     pub(super) fn evaluate<S: SecondOrderSystem + ?Sized, V: Numbers>(
         &mut self,
         system: &mut S,
@@ -142,11 +151,12 @@ impl Jacobian {
         let largest_acceleration = norm_inf(&trial.a);
         for i in 0..trial.a.len() {
             let moved = trial.q[i].abs().max(h * trial.v[i].abs()).max(h * h * trial.a[i].abs());
-            let size = moved.max(self.smallest[i]);
+            let [smallest, smallest_acceleration] = self.smallest(i, system.facts().typical_coordinates[i]);
+            let size = moved.max(smallest);
             let size = if size < SMALLEST_SIZE { SIZE_OF_ZERO } else { size };
             // Accelerations of zero are a guess and do not determine a size.
             let largest = if largest_acceleration > 0.0 {
-                LARGEST_CHANGE * largest_acceleration.max(self.smallest[i]) / increment
+                LARGEST_CHANGE * largest_acceleration.max(smallest_acceleration) / increment
             } else {
                 f64::INFINITY
             };
@@ -171,6 +181,17 @@ impl Jacobian {
         }
         counters.nfev_jacobian += moved.evaluations;
         result
+    }
+}
+
+impl Jacobian {
+    /// The smallest displacement and acceleration that count as sizes, of a coordinate of this size.
+    fn smallest(&self, i: usize, size: f64) -> [f64; 2] {
+        if let Some(smallest) = &self.smallest {
+            return [smallest[i]; 2];
+        }
+        let size = if size > 0.0 { size } else { SIZE_OF_ZERO };
+        [SMALLEST_MOTION * size, self.smallest_acceleration * size]
     }
 }
 

@@ -82,9 +82,15 @@ impl StepSize {
     }
 }
 
-/// Relative and absolute tolerance by default.
+/// Relative and absolute tolerance by default, the latter of local errors alone.
 pub(crate) const RTOL: f64 = 1e-6;
 pub(crate) const ATOL: f64 = 1e-9;
+
+/// Without an `atol`, accelerations near zero are solved to this part of the sizes of coordinates over the square of the usual step, or of
+/// a longer adaptive one, in any units: what is left moves coordinates by a few spacings of floating-point numbers. In steps of 10 ms of
+/// a robot of one metre it is 6e-10. Runs of 25 models in steps of 0.1 to 10 ms take nearly the same iterations with 16 to 1024 spacings,
+/// and up to six times as many with zero, where a coordinate is zero but for rounding.
+pub(super) const UNRESOLVED_MOTION: f64 = 256.0 * f64::EPSILON;
 
 /// Options of an integration.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,9 +108,11 @@ pub struct Options {
     /// square over the coordinates. With adaptive steps the local errors of displacements and velocities,
     /// relative to `atol[i] + rtol[i] |q[i]|` and `atol[i] + rtol[i] |v[i]|`, are controlled in the same way.
     pub rtol: Tolerance,
-    /// Absolute tolerance. Default: 1e-9. The same number is used in units of q, of q per time and of q per
-    /// time squared.
-    pub atol: Tolerance,
+    /// Absolute tolerance, in units of q, of q per time and of q per time squared. `None`, the default, is independent of units in fixed
+    /// steps: accelerations near zero have errors that move coordinates by rounding alone, a few spacings of their
+    /// [typical sizes](Facts::typical_coordinates) in a step; without inertia, coordinates have errors of 1e-9 of these sizes. Local
+    /// errors of adaptive steps are then controlled with 1e-9.
+    pub atol: Option<Tolerance>,
     /// Initial guess of the accelerations. Default: [`Predictor::Best`].
     pub predictor: Predictor,
     /// Whether a factorised Jacobian is kept from step to step while Newton's method converges with it.
@@ -130,7 +138,7 @@ impl Options {
             step_size: StepSize::Fixed,
             derivative: Derivative::Analytic,
             rtol: RTOL.into(),
-            atol: ATOL.into(),
+            atol: None,
             predictor: Predictor::default(),
             reuse_jacobian: true,
             impacts: Impacts::default(),
@@ -139,14 +147,14 @@ impl Options {
         }
     }
 
-    /// Checks the options together with the problem that they are for; returns rtol and atol of each coordinate.
+    /// Checks the options together with the problem that they are for; returns rtol and a given atol of each coordinate.
     pub(super) fn check(
         &self,
         n: usize,
         (t0, t_end): (f64, f64),
         q0: &[f64],
         v0: &[f64],
-    ) -> Result<(Vec<f64>, Vec<f64>), InvalidInput> {
+    ) -> Result<(Vec<f64>, Option<Vec<f64>>), InvalidInput> {
         let mut checker = Checker::new();
         check_problem(n, (t0, t_end), q0, v0, self.dt, &mut checker);
         if let Some(a0) = &self.initial_acceleration {
@@ -154,7 +162,7 @@ impl Options {
             checker.finite(a0, "a0");
         }
         let mut rtol = self.rtol.expand(n, "rtol", &mut checker);
-        let atol = self.atol.expand(n, "atol", &mut checker);
+        let atol = self.atol.as_ref().map(|atol| atol.expand(n, "atol", &mut checker));
         rtol.iter_mut().for_each(|rtol| *rtol = rtol.max(SMALLEST_RTOL));
         if let StepSize::Adaptive { max_step, min_step } = self.step_size {
             checker.require(max_step > 0.0, "max_step", Number(max_step), "a number > 0");

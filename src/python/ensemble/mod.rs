@@ -115,7 +115,7 @@ pub(super) use self::result::PyEnsembleResult;
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=False, \
                       keep='states', places=None, memory_limit=4294967296.0, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
-                      atol=1e-09, t_eval=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, \
+                      atol=None, t_eval=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, \
                       max_step=None, min_step=0.0, max_steps=None, predictor='best', reuse_jacobian=True, max_seconds=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]

@@ -121,7 +121,7 @@ impl PySimulation {
             model=None, *, dt=None, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
             alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None, **others
         ),
-        text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=1e-09, beta=0.25, \
+        text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=None, beta=0.25, \
                           gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, min_step=0.0, max_seconds=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]

@@ -291,7 +291,7 @@ impl PySimulations {
     #[pyo3(
         signature = (model=None, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
         text_signature = "(model, count=None, *, dt, method='newmark', q0=None, v0=None, t0=0.0, workers=None, rtol=1e-06, \
-                          atol=1e-09, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
+                          atol=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
                           min_step=0.0, max_seconds=None)"
     )]
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]

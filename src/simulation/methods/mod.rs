@@ -46,9 +46,10 @@ pub struct Newmark {
     /// velocity i below ``atol[i] + rtol[i] * abs(q[i])`` and ``atol[i] + rtol[i] * abs(v[i])``, in the root mean square.
     #[part(non_negative, default = Tolerance::Same(RTOL))]
     pub rtol: Tolerance,
-    /// Absolute tolerance, in the unit of q, of q per second, and of q per second squared.
-    #[part(non_negative, default = Tolerance::Same(ATOL))]
-    pub atol: Tolerance,
+    /// Absolute tolerance, in the unit of q, of q per second, and of q per second squared. By default errors of accelerations near zero
+    /// move coordinates by rounding alone, in any units, and adaptive steps keep local errors with 1e-9.
+    #[part(non_negative)]
+    pub atol: Option<Tolerance>,
     /// Whether steps are adapted by an error estimate, beginning with `dt`.
     #[part(default = false)]
     pub adaptive: bool,
@@ -154,9 +155,10 @@ pub struct QuasiStatic {
     /// Relative tolerance of the equations of a step, of how far coordinates move in it.
     #[part(non_negative, default = Tolerance::Same(RTOL))]
     pub rtol: Tolerance,
-    /// Absolute tolerance of the equations, in the unit of q per second squared: an error of ``atol * dt**2`` of a coordinate.
-    #[part(non_negative, default = Tolerance::Same(ATOL))]
-    pub atol: Tolerance,
+    /// Absolute tolerance of the equations, in the unit of q per second squared: an error of ``atol * dt**2`` of a coordinate. By default,
+    /// and at most, errors are 1e-9 of the sizes of coordinates: a radian, one over the length, or the length.
+    #[part(non_negative)]
+    pub atol: Option<Tolerance>,
     /// Maximum number of accepted steps; by default unlimited.
     pub max_steps: Option<usize>,
 }

@@ -221,8 +221,14 @@ impl ImpactResolver {
         allowed: usize,
     ) -> Result<(Option<Resolved>, Counters), Interrupted> {
         let (n, h) = (q.len(), t_span.1 - t_span.0);
-        let options =
-            radau::Options { atol: self.atol([q, v], impact, h).into(), ..radau::Options::default() };
+        model.set_time(t_span.0)?;
+        // What flies is stopped by `end_at_contact`.
+        let first_step = if model.deepest_overlap(q).is_some() { h.min(FIRST_STEP * impact) } else { h };
+        let options = radau::Options {
+            atol: self.atol([q, v], impact, h).into(),
+            first_step: Some(first_step),
+            ..radau::Options::default()
+        };
         let Ok(mut stepper) = radau::Stepper::new(n, t_span, q, v, &options) else {
             return Ok((None, Counters::default()));
         };

@@ -114,7 +114,7 @@ def test_a_simulation_with_one_is_pickled_and_restarted():
 
 def test_defaults_are_those_of_simulate():
     assert methods.Newmark() == methods.Newmark(
-        rtol=1e-6, atol=1e-9, adaptive=False, jac="analytic", predictor="best"
+        rtol=1e-6, atol=None, adaptive=False, jac="analytic", predictor="best"
     )
     assert methods.Radau() == methods.Radau(rtol=1e-6, atol=1e-9, min_step=0.0)
     assert methods.Auto().rtol == 1e-4

@@ -75,7 +75,7 @@ def test_the_documented_defaults_are_the_real_ones():
         "dt": 1e-2,
         "jac": "analytic",
         "rtol": 1e-6,
-        "atol": 1e-9,
+        "atol": None,
         "t_eval": None,
         "progress": None,
         "beta": 0.25,

@@ -124,7 +124,7 @@ def test_the_documented_defaults_are_the_real_ones():
         "alpha": None,
         "rho_inf": None,
         "rtol": 1e-6,
-        "atol": 1e-9,
+        "atol": None,
         "adaptive": False,
         "max_step": None,
         "min_step": 0.0,

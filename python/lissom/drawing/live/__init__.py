@@ -92,7 +92,7 @@ def simulation_of(scene: Scene) -> Simulation:
     start: dict[str, Any] = {"t0": settings.t0, "q0": scene.q0, "v0": scene.v0, "dt": settings.dt}
     if settings.method == "auto":
         # The method "auto" requires a run of known length.
-        return Simulation(scene.model, method="radau", rtol=settings.rtol, atol=settings.atol, **start)
+        return Simulation(scene.model, method="radau", rtol=settings.rtol, **start)
     if settings.method in ADAPTIVE:
         start |= {"rtol": settings.rtol, "atol": settings.atol}
     return Simulation(scene.model, method=settings.method, **start)

@@ -159,7 +159,8 @@ def tolerances(run: Run) -> tuple[str, str]:
     """Requested tolerances and estimated errors."""
     settings, stats = run.scene.simulation, run.motion.stats
     if settings.method != "auto":
-        return "tolerances", f"relative {settings.rtol:g}, absolute {settings.atol:g}"
+        absolute = "" if settings.atol is None else f", absolute {settings.atol:g}"
+        return "tolerances", f"relative {settings.rtol:g}{absolute}"
     errors = {"in time": stats.time_error, "in space": stats.space_error}
     reached = [f"{error:.0e} {where}" for where, error in errors.items() if error is not None]
     return "error of the tip", f"{', '.join(reached) or 'unknown'}; requested: {settings.rtol:g}"
@@ -250,7 +251,7 @@ def multiplications(one: Mapping[str, int], stats: Statistics) -> int:
 def _first_steps(scene: Scene, duration: float) -> MotionResult:
     settings = scene.simulation
     options: dict[str, Any] = {"jac": settings.jac} if settings.method in NEWMARK else {}
-    if settings.method != "auto":
+    if settings.atol is not None:
         options["atol"] = settings.atol
     with warnings.catch_warnings():
         # Only the cost of these steps matters; `check` and `run` report their accuracy.

@@ -47,11 +47,13 @@ fn beyond(forces: &JointForces, q: f64) -> f64 {
     (q - upper).max(0.0) + (q - lower).min(0.0)
 }
 
-/// Distances of coordinates beyond their nearest stops, negative before them.
-pub(crate) fn beyond_stops<G: Turning>(plan: &Plan<G>, q: &[f64]) -> impl Iterator<Item = f64> {
-    all(plan).filter_map(|(k, forces)| {
-        let [lower, upper] = forces.limits?;
-        Some((q[k] - upper).max(lower - q[k]))
+/// Distances of coordinates beyond their nearest stops, negative before them, in radians or in units of `length`.
+pub(crate) fn beyond_stops<G: Turning>(plan: &Plan<G>, q: &[f64], length: f64) -> impl Iterator<Item = f64> {
+    plan.pieces.iter().filter_map(move |piece| {
+        let (k, hinge) = (piece.first, piece.hinge.as_ref()?);
+        let [lower, upper] = hinge.forces.as_ref()?.limits?;
+        let unit = if hinge.turns { 1.0 } else { length };
+        Some((q[k] - upper).max(lower - q[k]) / unit)
     })
 }
 

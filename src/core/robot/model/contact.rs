@@ -159,8 +159,9 @@ impl InContact for RobotModel {
 
 impl InImpact for RobotModel {
     fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
-        let Self { sweeps, coordinates, .. } = self;
-        coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, beyond)));
+        let Self { sweeps, coordinates, facts, .. } = self;
+        coordinates
+            .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, facts.length, beyond)));
     }
 
     fn follow_friction(&mut self, length: Option<f64>) {

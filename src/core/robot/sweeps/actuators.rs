@@ -25,10 +25,10 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// By how much joints are beyond their nearest stops, and tendons with a stiffness longer than commanded; negative before
-    /// that, in radians or metres.
-    pub(crate) fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>) {
+    /// that, in radians or in units of `length`, that of the robot.
+    pub(crate) fn beyond_stops(&mut self, q: &[f64], length: f64, beyond: &mut Vec<f64>) {
         beyond.clear();
-        beyond.extend(joint_forces::beyond_stops(&self.plan, q));
+        beyond.extend(joint_forces::beyond_stops(&self.plan, q, length));
         if !self.has_cables() {
             return;
         }
@@ -36,7 +36,7 @@ impl<G: Turning> Sweeps<G> {
         let state = &self.work.effects.actuation;
         let cables = self.plan.effects.actuation.actuators.iter().enumerate();
         let cables = cables.filter(|(_, actuator)| actuator.law.is_cable());
-        beyond.extend(cables.map(|(i, _)| state.lengths[i] - state.commands[i]));
+        beyond.extend(cables.map(|(i, _)| (state.lengths[i] - state.commands[i]) / length));
     }
 
     /// Commands of actuators; NaN until a required time is set.

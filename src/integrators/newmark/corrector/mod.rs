@@ -18,7 +18,7 @@ use super::contraction::Contraction;
 use super::jacobian::Jacobian;
 use super::linear_system::LinearSystem;
 use super::numbers::Numbers;
-use super::options::Options;
+use super::options::{Options, UNRESOLVED_MOTION};
 use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed, remaining_error};
@@ -193,18 +193,21 @@ pub(super) struct Corrector<V> {
     judged: V,
     place: V,
     rtol: V,
+    /// Absolute tolerances: the given ones, or those of [`UNRESOLVED_MOTION`].
     atol: V,
+    has_given_atol: bool,
     /// One over the tolerance of each acceleration, and the size of increments that are [`FAR`].
     inverse_tolerance: V,
     far: f64,
 }
 
 impl<V: Numbers> Corrector<V> {
-    pub(super) fn new(options: &Options, rtol: V, atol: V) -> Self {
+    /// For tolerances of each coordinate; without absolute ones these follow from the sizes of coordinates.
+    pub(super) fn new(options: &Options, rtol: V, atol: Option<V>) -> Self {
         let n = rtol.len();
         let loosest = rtol.iter().copied().fold(0.0, f64::max);
         Self {
-            jacobian: Jacobian::new(options.derivative, &rtol, &atol),
+            jacobian: Jacobian::new(options, &rtol, atol.as_deref()),
             jacobian_cost: 0.0,
             reuse: options.reuse_jacobian,
             dt: options.dt,
@@ -235,7 +238,8 @@ impl<V: Numbers> Corrector<V> {
             judged: V::zeros(n),
             place: V::zeros(n),
             rtol,
-            atol,
+            has_given_atol: atol.is_some(),
+            atol: atol.unwrap_or_else(|| V::zeros(n)),
             inverse_tolerance: V::zeros(n),
             far: FAR / (SAFETY * loosest),
         }
@@ -336,6 +340,9 @@ impl<V: Numbers> Corrector<V> {
         let reach = of_displacement.max(h * of_velocity);
         self.reach = if reach > 0.0 { reach } else { h * h };
         self.is_at_rest = !V::IS_PLAIN && trial.weights[2] == 0.0;
+        if !self.has_given_atol {
+            self.set_tolerances_by_sizes(trial, h);
+        }
         self.set_tolerances(&[guess, last]);
         let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
         if !is_kept {
@@ -724,6 +731,19 @@ impl<V: Numbers> Corrector<V> {
             velocity += ((v - v_jacobian) * inverse_size).powi(2);
         }
         (displacement + h * h * velocity).sqrt()
+    }
+
+    /// Sets absolute tolerances by the sizes of coordinates; of those whose size is unknown by how large they are in the trial.
+    fn set_tolerances_by_sizes(&mut self, trial: &Trial<V>, h: f64) {
+        let of_sizes = if !V::IS_PLAIN && self.is_at_rest {
+            QUASI_STATIC_TOLERANCE / self.reach
+        } else {
+            UNRESOLVED_MOTION / self.dt.max(h).powi(2)
+        };
+        for (i, (atol, size)) in self.atol.iter_mut().zip(self.sizes.iter()).enumerate() {
+            let size = if *size > 0.0 { *size } else { trial.q[i].abs().max(h * trial.v[i].abs()) };
+            *atol = of_sizes * size;
+        }
     }
 
     /// Sets tolerances relative to the largest of these accelerations.

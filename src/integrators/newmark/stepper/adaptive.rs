@@ -34,7 +34,7 @@ impl<V: Numbers> Adaptive for StepperOf<V> {
             a: [&self.a, &self.trial.a],
             s: if self.adapts_memory { &self.s_of_trial } else { &[] },
         };
-        let error = estimate.error(h, &ends, &self.rtol, &self.atol);
+        let error = estimate.error(h, &ends, &self.rtol, self.atol.as_deref());
         let factor = if error == 0.0 && !again {
             // No estimate: steps that were shortened return to the initial size.
             (self.options.dt / h).clamp(1.0, LARGEST_FACTOR)

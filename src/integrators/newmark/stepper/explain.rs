@@ -117,7 +117,7 @@ mod tests {
     fn advice_is_for_what_the_step_did() {
         let options = Options::new(0.1);
         let start: [&[f64]; 2] = [&[0.0], &[0.0]];
-        let tolerances: [&[f64]; 2] = [&[1e-6], &[1e-9]];
+        let tolerances: (&[f64], Option<&[f64]>) = (&[1e-6], None);
         let mut stepper = StepperOf::<Vec<f64>>::new((0.0, 1.0), start, &options, tolerances);
         let explained =
             |stepper: &StepperOf<Vec<f64>>| stepper.explain(Status::StepFailed(Failure::NotConverged));

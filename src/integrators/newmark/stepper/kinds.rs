@@ -50,7 +50,7 @@ impl Stepper {
         options: &Options,
     ) -> Result<Self, InvalidInput> {
         let (rtol, atol) = options.check(n, t_span, q0, v0)?;
-        Ok(Self(Kind::Any(StepperOf::new(t_span, [q0, v0], options, [&rtol, &atol]))))
+        Ok(Self(Kind::Any(StepperOf::new(t_span, [q0, v0], options, (&rtol, atol.as_deref())))))
     }
 
     /// Solves for the accelerations at the start. [`Self::step`] calls this if necessary. Returns
@@ -264,7 +264,7 @@ impl Stepper {
 impl<V: Numbers> StepperOf<V> {
     /// The same with another storage, before its first accelerations are known.
     fn anew<W: Numbers>(&self) -> StepperOf<W> {
-        let tolerances = [&self.rtol, &self.atol].map(|values| &values[..]);
+        let tolerances = (&self.rtol[..], self.atol.as_deref());
         StepperOf {
             status: self.status,
             fixed_steps: self.fixed_steps,
