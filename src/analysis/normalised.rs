@@ -7,7 +7,7 @@
 //! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *fixed*
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
-use crate::model::Static;
+use crate::model::{Facts, Static};
 use crate::model::springs::Springs;
 use crate::numerics::linalg::{Matrix, full_svd, norm};
 
@@ -229,8 +229,9 @@ pub(crate) fn material(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Matr
 
 /// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent. A part without any
 /// stiffness, such as a body in free fall, gets the norm of `forces`, of which the tangent is the derivative. `parts` are numbers of
-/// coordinates of uncoupled parts ([`parts`](crate::model::Facts::parts)), which are treated separately.
-pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], parts: &[usize]) -> Vec<f64> {
+/// coordinates of uncoupled parts ([`parts`](crate::model::Facts::parts)), which are treated separately; with constraints, which may
+/// couple them, stiffnesses that are rounding of that of another part count as none.
+pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], facts: &Facts) -> Vec<f64> {
     /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
     /// are those below this fraction of the forces.
     const NEGLIGIBLE_STIFFNESS: f64 = 1e-13;
@@ -244,15 +245,17 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], part
     };
     let mut references = Vec::with_capacity(n);
     let whole = [n];
-    for &part in if parts.is_empty() { &whole } else { parts } {
+    let of_others = if facts.constraints() > 0 { (0..n).map(own).fold(0.0, f64::max) } else { 0.0 };
+    for &part in if facts.parts.is_empty() { &whole[..] } else { &facts.parts } {
         let range = references.len()..references.len() + part;
         let largest = range.clone().map(own).fold(0.0, f64::max);
         let force = norm(&forces[range.clone()]);
-        let rounding = NEGLIGIBLE_STIFFNESS * largest.max(force);
-        let least = match (largest > rounding, force > 0.0) {
-            (true, _) => largest,
-            (false, true) => force,
-            (false, false) => 1.0,
+        let rounding = NEGLIGIBLE_STIFFNESS * largest.max(force).max(of_others);
+        let least = match (largest > rounding, force > 0.0, of_others > 0.0) {
+            (true, ..) => largest,
+            (false, true, _) => force,
+            (false, false, true) => of_others,
+            (false, false, false) => 1.0,
         };
         references.extend(range.map(|i| match (elastic[(i, i)], own(i)) {
             (elastic, _) if elastic > 0.0 => elastic,
