@@ -192,19 +192,22 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
         ("stretch", "1"): change[..., 3],
         ("shear", "1"): np.linalg.norm(change[..., 4:], axis=-1),
     }
-    wrench = None
+    wrench, is_actuated = None, _is_actuated(model, link)
     if link.wrench is not None:
         wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
     # Sections that are given by their stiffness have no outermost fibre.
     if all(segment.section.shape != "given" for segment in link.segments):
         half = fibres.half_extents(link, X, at)
         rigid: Array | float = 0.0
-        if wrench is not None and not _is_actuated(model, link):
+        if wrench is not None and not is_actuated:
             rigid = fibres.strains_without_modes(link, wrench, X, at)
-        found["axial strain", "1"] = fibres.axial_strain(link, change + rigid, half, at)
+        strain = fibres.axial_strain(link, change + rigid, half, at)
         stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at, rigid)
-        if stress is not None:
-            found["axial stress", "Pa"] = stress
+        # What actuators press along a rod without modes of stretch is not known; rounding is none of it.
+        if not is_actuated or strain.max() > ROUNDING:
+            found["axial strain", "1"] = strain
+            if stress is not None:
+                found["axial stress", "Pa"] = stress
     if wrench is not None:
         found["bending moment", "N m"] = np.linalg.norm(wrench[..., 1:3], axis=-1)
         # The wrench is that on what is beyond a section: signs as those of torsion and stretch.
