@@ -120,13 +120,16 @@ impl SpaceError {
             false => ("stretch", "pulls"),
         };
         (strain.abs() > LARGE).then(|| {
+            let by = match strain.abs() {
+                part if part < 1.0 => format!("{:.0} %", 100.0 * part),
+                _ => "more than its length".to_owned(),
+            };
             format!(
                 "Stretch has no modes in {} and counts as rigid: with E A = {} N, what {pulls} along it (up to {} N) would {change} it by \
-                 {:.0} %. Give it `modes` of stretch.",
+                 {by}. Give it `modes` of stretch.",
                 self.rigid_segment,
                 Number(rounded(stiffness)),
-                Number(rounded(force.abs())),
-                100.0 * strain.abs()
+                Number(rounded(force.abs()))
             )
         })
     }
