@@ -163,13 +163,13 @@ impl Dynamics for SpringPendulum {
         None
     }
 
-    /// Starts at the hinge, where the angle has no meaning, or beyond it are refused; motions may pass it.
+    /// Starts beyond the hinge are refused; motions may pass it. At the hinge the mass matrix is singular.
     fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
-        if q[1] > -self.length {
+        if q[1] >= -self.length {
             return Ok(());
         }
         let expected =
-            format!("an elongation above -{} m, where the spring has no length", Number(self.length));
+            format!("an elongation of at least -{} m, where the spring has no length", Number(self.length));
         Err(InvalidInput::new(format!("{place}[1]"), Number(q[1]), expected))
     }
 

@@ -160,10 +160,9 @@ def test_models_and_energies_are_immutable_and_shared_between_threads():
     assert results == [True] * 4
 
 
-@pytest.mark.parametrize("elongation", [-1.0, -1.5])
-def test_starts_at_the_hinge_or_beyond_are_refused(elongation):
-    pendulum, q0 = lissom.SpringPendulum(), [-0.785, elongation]
-    refused = r"q0\[1\]: got -1\.?5?, expected an elongation above -1 m, where the spring has no length"
+def test_starts_beyond_the_hinge_are_refused():
+    pendulum, q0 = lissom.SpringPendulum(), [-0.785, -1.5]
+    refused = r"q0\[1\]: got -1.5, expected an elongation of at least -1 m, where the spring has no length"
     with pytest.raises(ValueError, match=refused):
         lissom.simulate(pendulum, 1.0, q0=q0)
     with pytest.raises(ValueError, match=refused):
