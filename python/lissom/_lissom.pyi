@@ -1126,6 +1126,8 @@ class RootResult:
     @property
     def nfev_jac(self) -> int: ...
     @property
+    def doubt(self) -> str | None: ...
+    @property
     def multiplicity(self) -> int | None: ...
     @property
     def history(self) -> dict[str, NDArray[np.float64]] | None: ...
@@ -1958,6 +1960,7 @@ def simulate(
     control: Callable[[float, NDArray[np.float64], NDArray[np.float64]], _Inputs] | None = None,
     control_step: float | None = None,
     max_seconds: float | None = None,
+    u: _Inputs | None = None,
 ) -> MotionResult: ...
 def has_separate_sections(model: Model) -> bool: ...
 def has_free_lengths(model: Model) -> bool: ...
@@ -2268,6 +2271,8 @@ class SpaceError:
     @property
     def strain(self) -> str: ...
     @property
+    def rigid_stretch(self) -> float | None: ...
+    @property
     def method(self) -> Literal["balance", "more_modes"]: ...
 
 @final
@@ -2303,6 +2308,10 @@ class StaticsResult:
     @property
     def space_error(self) -> SpaceError | None: ...
     @property
+    def u(self) -> NDArray[np.float64] | None: ...
+    @property
+    def t(self) -> float | None: ...
+    @property
     def nit(self) -> int: ...
     @property
     def nfev(self) -> int: ...
@@ -2316,7 +2325,7 @@ class StaticsResult:
         *,
         view: str | ArrayLike | None = None,
         width: float = 0.085,
-        t: float = 0.0,
+        t: float | None = None,
         u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
@@ -2326,17 +2335,17 @@ class StaticsResult:
         model: Model,
         *,
         title: str = "Equilibrium",
-        t: float = 0.0,
+        t: float | None = None,
         u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
-    def peaks(self, model: Model, *, t: float = 0.0, u: _Inputs | None = None) -> list[Peak]: ...
+    def peaks(self, model: Model, *, t: float | None = None, u: _Inputs | None = None) -> list[Peak]: ...
     def save(
         self,
         path: str | PathLike[str],
         model: Model | None = None,
         *,
-        t: float = 0.0,
+        t: float | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
     def to_xarray(self, model: Model | None = None) -> xarray.Dataset: ...
@@ -2490,6 +2499,10 @@ class ContinuationResult:
     @property
     def message(self) -> str: ...
     @property
+    def u(self) -> NDArray[np.float64] | None: ...
+    @property
+    def t(self) -> float | None: ...
+    @property
     def nit(self) -> int: ...
     @property
     def nfev(self) -> int: ...
@@ -2503,7 +2516,7 @@ class ContinuationResult:
         *,
         fps: float = 25.0,
         duration: float = 4.0,
-        t: float = 0.0,
+        t: float | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
     def report(
@@ -2512,7 +2525,7 @@ class ContinuationResult:
         model: Model,
         *,
         title: str = "Path of equilibria",
-        t: float = 0.0,
+        t: float | None = None,
         u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
@@ -2580,6 +2593,10 @@ class ModesResult:
     def stability(self) -> _Stability | None: ...
     @property
     def residual_norm(self) -> float: ...
+    @property
+    def u(self) -> NDArray[np.float64] | None: ...
+    @property
+    def t(self) -> float | None: ...
     def plot(self) -> NDArray[Any]: ...
     def animate(
         self,
@@ -2590,7 +2607,7 @@ class ModesResult:
         mode: int = 0,
         fps: float = 25.0,
         duration: float = 2.0,
-        t: float = 0.0,
+        t: float | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...
     def report(
@@ -2600,7 +2617,7 @@ class ModesResult:
         q: ArrayLike,
         *,
         title: str = "Natural modes",
-        t: float = 0.0,
+        t: float | None = None,
         u: _Inputs | None = None,
         visuals: Sequence[Visual] = (),
     ) -> None: ...

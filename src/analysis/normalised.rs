@@ -7,8 +7,8 @@
 //! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *fixed*
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
-use crate::model::{Facts, Static};
 use crate::model::springs::Springs;
+use crate::model::{Facts, Static};
 use crate::numerics::linalg::{Matrix, full_svd, norm};
 
 /// Steps below this size are within the rounding of coordinates and positions, in coordinates divided by

@@ -27,8 +27,7 @@ impl SpringForces {
     ) -> Option<Self> {
         let material = normalised::material(model, q, sizes);
         let (of_loads, facts) = (normalised::work_of_loads(model, q, sizes), model.facts().clone());
-        let reference =
-            |stiffness: &Matrix| normalised::reference(&material, stiffness, &of_loads, &facts);
+        let reference = |stiffness: &Matrix| normalised::reference(&material, stiffness, &of_loads, &facts);
         let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, tie_forces: &[] };
         let (normalised, forces) = at_rest.spring_forces(&material, reference)?;
         Some(Self { material, normalised, forces })

@@ -165,14 +165,23 @@ impl UnresolvedVibrations {
             false => String::new(),
         };
         Some(format!(
-            "The step of {} s{longer} {finds} a vibration of {hertz:.3} Hz that moves the tip by {:.1} % of the length: {meaning} \
-             about {:.1} % of the length. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
+            "The step of {} s{longer} {finds} a vibration of {hertz:.3} Hz that moves the tip by {}: {meaning} \
+             {}. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
              method \"auto\".",
             Number(self.dt),
-            100.0 * moved,
-            100.0 * error,
+            of_length(*moved, ""),
+            of_length(error, "about "),
             50.0 * WORTH_A_WARNING
         ))
+    }
+}
+
+/// A displacement relative to the length in words. Beyond the length linear vibrations are no measure.
+fn of_length(moved: f64, about: &str) -> String {
+    if moved > 1.0 {
+        "more than the length".to_owned()
+    } else {
+        format!("{about}{:.1} % of the length", 100.0 * moved)
     }
 }
 

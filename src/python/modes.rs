@@ -7,7 +7,7 @@ use pyo3::types::PyDict;
 use super::arguments;
 use super::errors::{LissomError, OrRaise as _};
 use super::record::{self, ReadOnly, Reduced};
-use super::statics::native;
+use super::statics::{inputs_of, inputs_or_default, native_with};
 use super::{background, convert};
 use crate::analysis::modes as core;
 use crate::analysis::modes::{Modes, NoModes};
@@ -42,6 +42,10 @@ use crate::python::words::required;
 /// residual_norm : float
 ///     Generalised forces at `q` times typical sizes of the coordinates, joules; nearly zero at an equilibrium. At other shapes
 ///     the modes are those of the model held there by constant generalised forces.
+/// u : ndarray, shape (k,), or None
+///     The inputs; None in results saved by versions that did not keep them.
+/// t : float or None
+///     The time, seconds; None as for `u`.
 #[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyModesResult {
@@ -54,6 +58,8 @@ pub(crate) struct PyModesResult {
     is_stable: bool,
     stability: Option<String>,
     residual_norm: f64,
+    u: Option<ReadOnly<PyArray1<f64>>>,
+    t: Option<f64>,
 }
 
 #[pymethods]
@@ -74,8 +80,9 @@ impl PyModesResult {
     }
 
     #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
+    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        record::add_missing(state, &["u", "t"])?;
+        state.extract()
     }
 }
 
@@ -122,7 +129,9 @@ pub(crate) fn modes<'py>(
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyModesResult> {
     let (model, q) = required!("modes", others, model, q);
-    let mut model = native(model, t, u)?;
+    let u = u.map(|u| inputs_of(model, u)).transpose()?;
+    let held = inputs_or_default(model, u.as_deref())?;
+    let mut model = native_with(model, t, u.as_deref())?;
     let q = convert::finite_vector_of(q, model.facts().n, "q")?;
     model.check_shape(&q, "q").or_raise()?;
     let n = q.len();
@@ -163,5 +172,7 @@ pub(crate) fn modes<'py>(
         shapes: ReadOnly::new(shapes)?,
         is_classical,
         residual_norm,
+        u: Some(ReadOnly::new(held.into_pyarray(py))?),
+        t: Some(t),
     })
 }

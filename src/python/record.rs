@@ -83,6 +83,16 @@ pub(super) fn reduce<'py>(object: &Bound<'py, PyAny>) -> PyResult<Reduced<'py>> 
     Ok((class.getattr("_restore")?, PyTuple::new(object.py(), [namespace])?))
 }
 
+/// Sets attributes to None that records of older versions lack.
+pub(super) fn add_missing(state: &Bound<'_, PyAny>, names: &[&str]) -> PyResult<()> {
+    for &name in names {
+        if !state.hasattr(name)? {
+            state.setattr(name, state.py().None())?;
+        }
+    }
+    Ok(())
+}
+
 /// `__reduce__` for other classes: `_restore` receives these arguments.
 pub(super) fn reduce_to<'py, C: PyTypeInfo>(
     py: Python<'py>,

@@ -28,7 +28,7 @@ use crate::python::words::required;
 /// fun : float or ndarray, shape (m,)
 ///     The residual at `x`; a number if `fun` returned one.
 /// success : bool
-///     True only if `x` is a root within the tolerances.
+///     True if `x` is a root within the tolerances: by default, if the residual is at most `tol`, however far the root is.
 /// status : str
 ///     How the search ended: 'converged_residual', 'converged_step', 'already_root' (successes),
 ///     'stationary_point', 'singular_jacobian', 'iteration_limit', 'diverged', 'stalled',
@@ -46,6 +46,8 @@ use crate::python::words::required;
 ///     Number of evaluations for finite-difference Jacobians, included in `nfev`.
 /// multiplicity : int or None
 ///     Estimated multiplicity of the root if convergence was linear.
+/// doubt : str or None
+///     Why `x` may be no root although the residual is below `tol`: the last steps became no shorter. The message has it, too.
 /// history : dict of ndarray or None
 ///     Data of each iterate including the start, if requested: 'x', shape (nit + 1,) or (nit + 1, n); 'residual_norm',
 ///     'step_norm', 'step_length' (relative to the full Newton step) and 'rate' (of the residual norms),
@@ -66,6 +68,7 @@ pub(crate) struct PyRootResult {
     nlu: usize,
     nfev_jac: usize,
     multiplicity: Option<usize>,
+    doubt: Option<String>,
     history: Option<ReadOnly<PyDict>>,
 }
 
@@ -100,8 +103,9 @@ impl PyRootResult {
     }
 
     #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
+    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        record::add_missing(state, &["doubt"])?;
+        state.extract()
     }
 }
 
@@ -404,6 +408,7 @@ pub(crate) fn root<'py>(
             nlu: outcome.factorisations,
             nfev_jac: outcome.difference_evaluations,
             multiplicity: outcome.multiplicity,
+            doubt: outcome.doubt(),
             history: if history { Some(history_out(py, newton.history(), scalar)?) } else { None },
         },
     )?;

@@ -20,12 +20,12 @@ use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::python::words::required;
-use crate::robot::Robot;
+use crate::robot::{Robot, RobotModel};
 use crate::simulation::accuracy;
 use crate::simulation::methods::{
     Auto, Configuration, Dop853, Integration, Jacobian, Newmark, QuasiStatic, Radau, Rk45,
 };
-use crate::simulation::simulate::{Control, slackness};
+use crate::simulation::simulate::{Control, Simulation, Slack, creep, has_joint_friction, slackness};
 use crate::simulation::time_limit::TimeLimit;
 
 /// Value of `t_eval` that requests all accepted steps.
@@ -68,6 +68,9 @@ const EVERY_STEP: &str = "steps";
 /// t_eval : array_like or 'steps', optional
 ///     Increasing output times from `t0` to `t_end`, or 'steps' for every accepted step. By default every step (Newmark family)
 ///     or every `dt`.
+/// u : array_like, shape (m,), or dict, optional
+///     Inputs, or some of them by name, which are held during the run; by default `u0` of the model. With `control`, those at `t0` that it
+///     leaves out. For inputs that follow a function u(t) there is `control`.
 /// control : callable, optional
 ///     Controller, called as ``control(t, q, v)`` at `t0` and after every `control_step`. It returns the model's inputs, shape
 ///     (inputs,), or some of them as a dict; they are held until the next call. Steps end at these times; steps of fixed size are equal in between and
@@ -129,12 +132,12 @@ const EVERY_STEP: &str = "steps";
         model=None, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
-        control_step=None, max_seconds=None, **others
+        control_step=None, max_seconds=None, u=None, **others
     ),
     text_signature = "(model, t_end, *, t0=0.0, q0=None, v0=None, method='newmark', dt=0.01, jac='analytic', rtol=1e-06, \
                       atol=None, t_eval=None, progress=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, \
                       adaptive=False, max_step=None, min_step=0.0, max_steps=None, predictor='best', \
-                      reuse_jacobian=True, control=None, control_step=None, max_seconds=None)"
+                      reuse_jacobian=True, control=None, control_step=None, max_seconds=None, u=None)"
 )]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn simulate<'py>(
@@ -163,6 +166,7 @@ pub(crate) fn simulate<'py>(
     control: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::optional_number::control_step)] control_step: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
+    u: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
     let (model, t_end) = required!("simulate", others, model, t_end);
@@ -198,7 +202,15 @@ pub(crate) fn simulate<'py>(
         returns_steps,
     };
     let configuration = given.configuration(n)?;
-    let controller = Controller::new(model, control, control_step, dt, &configuration)?;
+    let held = u.map(|u| held_inputs(model, u, &configuration)).transpose()?;
+    let controller = match (Controller::new(model, control, control_step, dt, &configuration)?, held) {
+        (None, Some(held)) => {
+            let whole = t_end - t0;
+            let step = if whole > 0.0 && whole.is_finite() { whole } else { dt };
+            Some(Controller { function: None, held, step, names: Vec::new() })
+        }
+        (controller, held) => controller.map(|own| Controller { held: held.unwrap_or_default(), ..own }),
+    };
     let limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
     let span = (t0, t_end);
     run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, (progress, limit))
@@ -209,9 +221,30 @@ fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
     t_eval.extract::<&str>().is_ok_and(|text| text == EVERY_STEP)
 }
 
-/// The controller: a function of the user that sets inputs.
+/// Inputs that are held during a run.
+fn held_inputs(
+    model: &Bound<'_, PyModel>,
+    u: &Bound<'_, PyAny>,
+    configuration: &Configuration,
+) -> PyResult<Vec<f64>> {
+    if u.is_callable() {
+        return Err(PyTypeError::new_err(
+            "u: got a function, expected inputs that are held; for u(t) write `control=lambda t, q, v: u(t)`",
+        ));
+    }
+    if matches!(configuration, Configuration::Accuracy(_)) {
+        return Err(PyValueError::new_err(
+            "u: the method \"auto\" takes inputs at their defaults: choose another method, or give each lissom.Input this value",
+        ));
+    }
+    model.get().inputs_of(u)
+}
+
+/// The controller: a function of the user that sets inputs, or inputs that are held.
 struct Controller {
-    function: Py<PyAny>,
+    function: Option<Py<PyAny>>,
+    /// Inputs at the start; empty for the defaults.
+    held: Vec<f64>,
     step: f64,
     /// Names of the inputs.
     names: Vec<String>,
@@ -249,18 +282,35 @@ impl Controller {
                 "control: the method \"auto\" computes motions several times: choose another method",
             ));
         }
+        check_signature(function)?;
         let names = model.get().input_names();
-        Ok(Some(Self { function: function.clone().unbind(), step: step.unwrap_or(dt), names }))
+        let function = Some(function.clone().unbind());
+        Ok(Some(Self { function, held: Vec::new(), step: step.unwrap_or(dt), names }))
     }
 
     /// Sets the inputs that the controller returns for a state: all, or some by name.
     fn inputs(&self, py: Python<'_>, t: f64, [q, v]: [&[f64]; 2], inputs: &mut [f64]) -> PyResult<()> {
-        let returned = call(self.function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
+        let Some(function) = &self.function else { return Ok(()) };
+        let returned = call(function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
         let read = match mapping_of(&returned) {
             Some(mapping) => set_named(mapping, &self.names, inputs, "control"),
             None => convert::finite_vector_into(&returned, inputs, "control"),
         };
         read.map_err(|error| at_time(py, error, t))
+    }
+}
+
+/// Returns an error if a controller cannot be called with three arguments; functions without a known signature may be.
+fn check_signature(function: &Bound<'_, PyAny>) -> PyResult<()> {
+    let py = function.py();
+    let Ok(signature) = py.import("inspect")?.call_method1("signature", (function,)) else { return Ok(()) };
+    match signature.call_method1("bind", (py.None(), py.None(), py.None())) {
+        Err(error) if error.is_instance_of::<PyTypeError>(py) => Err(PyTypeError::new_err(format!(
+            "control: is called as control(t, q, v), with the time, the coordinates and the velocities, but takes {}: write \
+             `def control(t, q, v): ...`, also where it uses only the time",
+            signature.str()?
+        ))),
+        _ => Ok(()),
     }
 }
 
@@ -443,7 +493,7 @@ fn run(
     [q0, v0]: [&[f64]; 2],
     configuration: &Configuration,
     t_eval: Option<&[f64]>,
-    controller: Option<Controller>,
+    mut controller: Option<Controller>,
     (progress, mut limit): (Option<&Bound<'_, PyAny>>, TimeLimit),
 ) -> PyResult<PyMotionResult> {
     let py = model.py();
@@ -473,11 +523,14 @@ fn run(
                 model.simulate_to_accuracy(t_span, q0, v0, *request, t_eval, &mut monitor)
             }
             Configuration::Method(method) => {
+                let step = controller.as_ref().map(|controller| controller.step);
                 let mut inputs = |t: f64, q: &[f64], v: &[f64], inputs: &mut [f64]| {
-                    let Some(controller) = &controller else { return Ok(()) };
+                    let Some(controller) = &mut controller else { return Ok(()) };
+                    if !controller.held.is_empty() {
+                        inputs.copy_from_slice(&std::mem::take(&mut controller.held));
+                    }
                     raised_by_control.catch(Python::attach(|py| controller.inputs(py, t, [q, v], inputs)))
                 };
-                let step = controller.as_ref().map(|controller| controller.step);
                 let control = step.map(|step| Control { step, inputs: &mut inputs });
                 let simulation = model.simulate(t_span, q0, v0, method, t_eval, control, &mut monitor);
                 simulation.map(|simulation| (simulation, None))
@@ -491,10 +544,12 @@ fn run(
         None => object,
     };
     let raised = raised_by_control.into_result().and(raised.into_result());
-    let has_tendons = |model: &dyn Native| model.robot().is_some_and(|robot| !robot.actuators.is_empty());
-    let slack = moved.get().inspect(has_tendons).then(|| {
+    let is_looked_at = |model: &dyn Native| {
+        model.robot().is_some_and(|robot| !robot.actuators.is_empty() || has_joint_friction(robot))
+    };
+    let slack = moved.get().inspect(is_looked_at).then(|| {
         let mut model = moved.get().native();
-        py.detach(|| model.robot_model().map(|robot| slackness(robot, &simulation)))
+        py.detach(|| model.robot_model().map(|robot| of_tendons_and_friction(robot, &mut simulation)))
     });
     // The first exception raised by a function of time is the most informative one.
     let (raised, slack) = match (raised, or_raised(slack.flatten().unwrap_or(Ok(Vec::new())))) {
@@ -503,6 +558,17 @@ fn run(
         (Ok(()), Err(error)) => (Err(error), Vec::new()),
     };
     finish(py, simulation, &slack, Some(moved), raised)
+}
+
+/// Slack tendons of a motion; adds a doubt about friction that crept.
+fn of_tendons_and_friction(
+    robot: &mut RobotModel,
+    simulation: &mut Simulation,
+) -> Result<Vec<Slack>, Interrupted> {
+    if let Some(doubt) = creep(robot, simulation)? {
+        simulation.add_doubt(&doubt);
+    }
+    slackness(robot, simulation)
 }
 
 /// The Python object for a robot: a Rod if the original is one, with the chosen modes.

@@ -28,6 +28,9 @@ use crate::analysis::statics::{Estimate, SpaceError};
 /// method : {'balance', 'more_modes'}
 ///     'balance': from the strains that the balance of forces requires in the shape that was found. 'more_modes': by a step of
 ///     Newton's method of a model with more modes.
+/// rigid_stretch : float or None
+///     Part of the length of a segment by which the axial forces in it would stretch it if its stretch, which has no modes, were not
+///     rigid: that of the segment with the largest. Not counted in the errors above; None in results saved by versions without it.
 #[pyclass(name = "SpaceError", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PySpaceError {
@@ -40,10 +43,12 @@ pub(crate) struct PySpaceError {
     name: String,
     strain: String,
     method: String,
+    rigid_stretch: Option<f64>,
 }
 
 impl PySpaceError {
     pub(super) fn new(error: SpaceError) -> Self {
+        let rigid_stretch = Some(error.rigid_stretch.strain);
         let SpaceError { tip, shape, relative, curvature, moment, segment, name, strain, estimate, .. } =
             error;
         let method = match estimate {
@@ -51,7 +56,7 @@ impl PySpaceError {
             Estimate::MoreModes => "more_modes",
         };
         let (strain, method) = (strain.to_owned(), method.to_owned());
-        Self { tip, shape, relative, curvature, moment, segment, name, strain, method }
+        Self { tip, shape, relative, curvature, moment, segment, name, strain, method, rigid_stretch }
     }
 }
 
@@ -70,7 +75,8 @@ impl PySpaceError {
     }
 
     #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
+    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        record::add_missing(state, &["rigid_stretch"])?;
+        state.extract()
     }
 }

@@ -204,6 +204,10 @@ fn named(stability: Stability) -> String {
 ///     The load path, if one was followed.
 /// deepest : Overlap or None
 ///     The overlap of surfaces that is deepest for their thickness; None if nothing touches.
+/// u : ndarray, shape (m,), or None
+///     The inputs of the search; None in results saved by versions that did not keep them.
+/// t : float or None
+///     The time of the search, seconds; None as for `u`.
 /// space_error : SpaceError or None
 ///     Estimated error due to the finite number of modes; None after a failure, with `space_error=False`, or without rods,
 ///     and where it is not known: where forces change so much with the shape that neither their balance nor steps of a model with more modes
@@ -227,6 +231,8 @@ pub(crate) struct PyStaticsResult {
     slack: Vec<String>,
     path: Option<Py<PyEquilibriumPath>>,
     deepest: Option<Py<PyOverlap>>,
+    u: Option<ReadOnly<PyArray1<f64>>>,
+    t: Option<f64>,
     space_error: Option<Py<PySpaceError>>,
     nit: usize,
     nfev: usize,
@@ -256,12 +262,7 @@ impl PyStaticsResult {
 
     #[staticmethod]
     fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        // Records of older versions have neither overlap nor space error.
-        for name in ["deepest", "space_error"] {
-            if !state.hasattr(name)? {
-                state.setattr(name, state.py().None())?;
-            }
-        }
+        record::add_missing(state, &["deepest", "space_error", "u", "t"])?;
         state.extract()
     }
 }
@@ -279,6 +280,11 @@ impl PyStaticsResult {
 ///     'collapsed' or 'interrupted' (in the `result` of a KeyboardInterrupt).
 /// message : str
 ///     The status in words, and what to change.
+/// u : ndarray, shape (m,), or None
+///     The inputs that do not vary along the path, and the default values of those that do (`path.u` has all); None in results saved by
+///     versions that did not keep them.
+/// t : float or None
+///     The time of the search, seconds; None as for `u`.
 /// nit, nfev, njev : int
 ///     Numbers of Newton iterations, force evaluations and tangent evaluations.
 #[pyclass(name = "ContinuationResult", module = "lissom", frozen, get_all)]
@@ -288,6 +294,8 @@ pub(crate) struct PyContinuationResult {
     success: bool,
     status: String,
     message: String,
+    u: Option<ReadOnly<PyArray1<f64>>>,
+    t: Option<f64>,
     nit: usize,
     nfev: usize,
     njev: usize,
@@ -309,8 +317,9 @@ impl PyContinuationResult {
     }
 
     #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
+    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        record::add_missing(state, &["u", "t"])?;
+        state.extract()
     }
 }
 
@@ -395,6 +404,7 @@ pub(crate) fn statics<'py>(
 ) -> PyResult<PyStaticsResult> {
     let model = required!("statics", others, model);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
+    let held = inputs_or_default(model, u.as_deref())?;
     let of_names = model.clone();
     let mut model = native_with(model, t, u.as_deref())?;
     let n = model.facts().n;
@@ -440,7 +450,7 @@ pub(crate) fn statics<'py>(
     run(py, n, search, |(found, tendons, error)| {
         let deepest = PyOverlap::new(py, found.deepest, None, name)?;
         let doubt = error.as_ref().and_then(SpaceError::doubt);
-        let result = PyStaticsResult::new(py, found, &tendons, deepest, error)?;
+        let result = PyStaticsResult::new(py, found, (t, held), &tendons, deepest, error)?;
         let Some(doubt) = doubt else { return Ok(result) };
         match PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1) {
             Ok(()) => Ok(result),
@@ -488,12 +498,13 @@ impl PyStaticsResult {
     fn new(
         py: Python<'_>,
         found: Equilibrium,
+        (t, u): (f64, Vec<f64>),
         tendons: &Tendons,
         deepest: Option<Py<PyOverlap>>,
         error: Option<SpaceError>,
     ) -> PyResult<Self> {
-        let doubt =
-            error.as_ref().and_then(SpaceError::doubt).map_or_else(String::new, |doubt| format!(" {doubt}"));
+        let of_modes = error.iter().flat_map(|error| [error.doubt(), error.about_stretch()]).flatten();
+        let doubt: String = of_modes.map(|sentence| format!(" {sentence}")).collect();
         let n = found.q.len();
         let Equilibrium {
             q,
@@ -526,6 +537,8 @@ impl PyStaticsResult {
             slack: tendons.slack.clone(),
             path,
             deepest,
+            u: Some(ReadOnly::new(u.into_pyarray(py))?),
+            t: Some(t),
             space_error: error.map(|error| Py::new(py, PySpaceError::new(error))).transpose()?,
             nit: iterations,
             nfev: forces,
@@ -617,6 +630,7 @@ pub(crate) fn continuation<'py>(
     let model = required!("continuation", others, model);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_model = model;
+    let held = inputs_or_default(of_model, u.as_deref())?;
     let mut model = native_with(of_model, t, u.as_deref())?;
     let inputs = inputs.map(|inputs| input_path(of_model, u, inputs, t)).transpose()?;
     let n = model.facts().n;
@@ -643,6 +657,8 @@ pub(crate) fn continuation<'py>(
             success: found.status.is_success(),
             status: found.status.name().to_owned(),
             message: found.message,
+            u: Some(ReadOnly::new(held.into_pyarray(py))?),
+            t: Some(t),
             nit: iterations,
             nfev: forces,
             njev: tangents,
@@ -665,17 +681,13 @@ pub(super) fn inputs_of(model: &Bound<'_, PyAny>, u: &Bound<'_, PyAny>) -> PyRes
     base(model)?.get().inputs_of(u)
 }
 
-/// A separate copy of a model, at a time and with these inputs.
-pub(super) fn native(
-    model: &Bound<'_, PyAny>,
-    t: f64,
-    u: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Box<dyn Native>> {
-    let u = u.map(|u| inputs_of(model, u)).transpose()?;
-    native_with(model, t, u.as_deref())
+/// These inputs, or the defaults of a model.
+pub(super) fn inputs_or_default(model: &Bound<'_, PyAny>, u: Option<&[f64]>) -> PyResult<Vec<f64>> {
+    let model = base(model)?.get();
+    Ok(u.map_or_else(|| model.default_inputs(), <[f64]>::to_vec))
 }
 
-/// As `native`, with validated inputs.
+/// A separate copy of a model, at a time and with these inputs.
 pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -> PyResult<Box<dyn Native>> {
     let mut model = base(model)?.get().native();
     check_time(t, model.facts().time_span)?;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from .._lissom import (
     DOP853,
     RK45,
+    AccuracyWarning,
     Ball,
     Contact,
     LissomError,
@@ -57,6 +59,9 @@ MOST_COORDINATES = 100
 #: Where a doubt about a run says which steps to take.
 _STEPS = re.compile(r"[Tt]ake (steps of|`dt=|shorter steps)")
 
+#: What equilibria say where axial forces would stretch a rod whose stretch has no modes.
+_OF_STRETCH = re.compile(r"Stretch has no modes .*? `modes` of stretch\.")
+
 #: The shear strain in the direction in which a bending strain deflects.
 SHEAR_OF = {"bend_y": "shear_z", "bend_z": "shear_y"}
 
@@ -86,6 +91,7 @@ def advice(scene: Scene, doubt: str | None = None) -> list[str]:
     found = Vibrations.of(model, t0, rest_start(scene))
     if found is None:
         return said
+    said += [found.stretch] if found.stretch else []
     if not names_steps:
         said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
@@ -178,13 +184,18 @@ class Vibrations:
     frequencies: NDArray[np.float64]
     #: Eigenvalue of the fastest motion, in 1/s.
     fastest: complex
+    #: What the message of the equilibrium says of stretch without modes; empty otherwise.
+    stretch: str = ""
 
     @classmethod
     def of(cls, model: Model, t: float = 0.0, q0: NDArray[np.float64] | None = None) -> Vibrations | None:
         """Vibrations about the equilibrium near a shape; None for a large model or without an equilibrium."""
         if not 0 < model.n <= MOST_COORDINATES:
             return None
-        rest = statics(model, q0, t=t, stability=False, space_error=False)
+        with warnings.catch_warnings():
+            # Advice on modes says it by frequencies.
+            warnings.simplefilter("ignore", AccuracyWarning)
+            rest = statics(model, q0, t=t, stability=False)
         if not rest.success:
             return None
         try:
@@ -193,7 +204,8 @@ class Vibrations:
             return None
         oscillates = (found.frequency > 0.0) & (np.abs(found.damping_ratio) < 1.0)
         fastest = found.eigenvalues[np.abs(found.eigenvalues).argmax()]
-        return cls(found.frequency[oscillates], complex(fastest))
+        stretch = _OF_STRETCH.search(rest.message)
+        return cls(found.frequency[oscillates], complex(fastest), stretch[0] if stretch else "")
 
 
 def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:

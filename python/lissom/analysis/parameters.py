@@ -264,7 +264,10 @@ def _of_start(model: Model, name: str, start: re.Match[str]) -> Iterator[OfStart
 def _of_inputs(name: str, held: re.Match[str], inputs: tuple[int, int] | None) -> Iterator[OfInput]:
     if inputs is None:
         raise ValueError(
-            f"parameters: got {name!r}, expected numbers of the model: inputs are not among them"
+            f"parameters: got {name!r}, expected numbers of the model: inputs are not among them. By inputs "
+            "an equilibrium changes by -solve(K, model.input_tangent(q, u=u)) with the stiffness "
+            "K = model.tangent(q, 0 * q, 0 * q, u=u)[0]; for dynamics there is linearise(model, q, u=u, "
+            "inputs='inputs')"
         )
     chosen = []
     for index, count, what in zip((held["step"], held["input"]), inputs, ("steps", "inputs"), strict=True):

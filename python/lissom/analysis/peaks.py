@@ -197,7 +197,8 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
     wrench = None
     if link.wrench is not None:
         wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
-    is_balanced = wrench is not None and not _is_actuated(model, link)
+    is_actuated = _is_actuated(model, link)
+    is_balanced = wrench is not None and not is_actuated
     missing: Array | float = 0.0
     if is_balanced and states.is_at_rest:
         missing = fibres.missing_strains(link, wrench, states.q, X, states.clock, states.u, at)
@@ -219,10 +220,13 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
         rigid: Array | float = 0.0
         if is_balanced:
             rigid = fibres.strains_without_modes(link, wrench, X, at)
-        found["axial strain", "1"] = fibres.axial_strain(link, change + rigid, half, at)
+        fibre = fibres.axial_strain(link, change + rigid, half, at)
         stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at, missing + rigid)
-        if stress is not None:
-            found["axial stress", "Pa"] = stress
+        # What actuators press along a rod without modes of stretch is not known; rounding is none of it.
+        if not is_actuated or fibre.max() > ROUNDING:
+            found["axial strain", "1"] = fibre
+            if stress is not None:
+                found["axial stress", "Pa"] = stress
     if wrench is not None:
         found["bending moment", "N m"] = np.linalg.norm(wrench[..., 1:3], axis=-1)
         # The wrench is that on what is beyond a section: signs as those of torsion and stretch.

@@ -104,14 +104,14 @@ def _picture_statics(
     *,
     view: str | ArrayLike | None = None,
     width: float = 0.085,
-    t: float = 0.0,
+    t: float | None = None,
     u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.figures import of_statics
     from ..results.studies import setting_for
 
-    of_statics(self, path, setting_for(model, len(self.q), t, u, visuals), view, width)
+    of_statics(self, path, setting_for(self, model, t, u, visuals), view, width)
 
 
 def _report(
@@ -257,7 +257,7 @@ def _peaks(self: MotionResult) -> list[Peak]:
 
 
 def _peaks_statics(
-    self: StaticsResult, model: Model, *, t: float = 0.0, u: Inputs | None = None
+    self: StaticsResult, model: Model, *, t: float | None = None, u: Inputs | None = None
 ) -> list[Peak]:
     """The largest curvatures, strains, stresses, forces and overlaps of the equilibrium, with their places.
 
@@ -267,10 +267,10 @@ def _peaks_statics(
     ----------
     model : Model
         The model of the search.
-    t : float
-        Time of the loads, seconds, as in the search.
+    t : float, optional
+        Time of the loads, seconds; by default that of the search.
     u : array_like or dict, optional
-        Inputs, as in the search.
+        Inputs, or some of them by name; by default those of the search.
 
     Returns
     -------
@@ -284,7 +284,7 @@ def _peaks_statics(
     from ..analysis.peaks import States, peaks_of
     from ..results.studies import setting_for
 
-    setting = setting_for(model, len(self.q), t, u)
+    setting = setting_for(self, model, t, u)
     return peaks_of(setting.model, States.at_rest(setting.view, self.q, setting.t, setting.u))
 
 
@@ -298,14 +298,14 @@ def _report_statics(
     model: Model,
     *,
     title: str = "Equilibrium",
-    t: float = 0.0,
+    t: float | None = None,
     u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.report import write_equilibrium
     from ..results.studies import setting_for
 
-    write_equilibrium(self, path, setting_for(model, len(self.q), t, u, visuals), _text(title))
+    write_equilibrium(self, path, setting_for(self, model, t, u, visuals), _text(title))
 
 
 def _report_path(
@@ -314,14 +314,14 @@ def _report_path(
     model: Model,
     *,
     title: str = "Path of equilibria",
-    t: float = 0.0,
+    t: float | None = None,
     u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.report import write_equilibrium
     from ..results.studies import setting_for
 
-    write_equilibrium(self, path, setting_for(model, self.path.q.shape[1], t, u, visuals), _text(title))
+    write_equilibrium(self, path, setting_for(self, model, t, u, visuals), _text(title))
 
 
 def _report_modes(
@@ -331,7 +331,7 @@ def _report_modes(
     q: ArrayLike,
     *,
     title: str = "Natural modes",
-    t: float = 0.0,
+    t: float | None = None,
     u: Inputs | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
@@ -339,7 +339,7 @@ def _report_modes(
     from ..drawing.report import write_modes
     from ..results.studies import setting_for
 
-    setting = setting_for(model, self.shapes.shape[0], t, u, visuals)
+    setting = setting_for(self, model, t, u, visuals)
     write_modes(self, path, setting, vector("q", q, model.n), _text(title))
 
 
@@ -350,13 +350,13 @@ def _animate_path(
     *,
     fps: float = 25.0,
     duration: float = 4.0,
-    t: float = 0.0,
+    t: float | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.pictures import animate_path
     from ..results.studies import setting_for
 
-    animate_path(self, path, setting_for(model, self.path.q.shape[1], t, None, visuals), fps, duration)
+    animate_path(self, path, setting_for(self, model, t, None, visuals), fps, duration)
 
 
 def _animate_mode(
@@ -368,14 +368,14 @@ def _animate_mode(
     mode: int = 0,
     fps: float = 25.0,
     duration: float = 2.0,
-    t: float = 0.0,
+    t: float | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..common.arguments import vector
     from ..drawing.pictures import animate_mode
     from ..results.studies import setting_for
 
-    setting = setting_for(model, self.shapes.shape[0], t, None, visuals)
+    setting = setting_for(self, model, t, None, visuals)
     animate_mode(self, path, setting, vector("q", q, model.n), mode, fps, duration)
 
 
@@ -401,14 +401,14 @@ def _save_statics(
     path: str | os.PathLike[str],
     model: Model | None = None,
     *,
-    t: float = 0.0,
+    t: float | None = None,
     visuals: Sequence[Visual] = (),
 ) -> None:
     from ..drawing.meshfiles import statics_writers
     from ..results.io import save
 
     meshes = statics_writers(t, visuals)
-    _only_with_meshes("t", t == 0.0, path, meshes)
+    _only_with_meshes("t", t is None, path, meshes)
     _only_with_meshes("visuals", isinstance(visuals, list | tuple) and not visuals, path, meshes)
     save(self, path, model, meshes)
 

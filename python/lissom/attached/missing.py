@@ -29,7 +29,6 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
     },
     StaticsResult: {
         "x": "coordinates are `q`",
-        "u": "inputs are those of the call",
         "tip": _RESTS,
         "position": _RESTS,
         "pose": _RESTS,

@@ -26,8 +26,8 @@ INSTANT = """t : float, optional
 visuals : sequence of Visual
     Meshes that stand for links, in files of meshes.
 """
-TIME_OF_SHAPE = """t : float
-    Time at which the model is shown in files of meshes, seconds.
+TIME_OF_SHAPE = """t : float, optional
+    Time at which the model is shown in files of meshes, seconds; by default that of the result.
 visuals : sequence of Visual
     Meshes that stand for links, in files of meshes.
 """
@@ -74,10 +74,10 @@ model : Model
     {role}
 {about}title : str
     Heading of the page.
-t : float
-    Time at which time-dependent loads are shown, seconds.
+t : float, optional
+    Time at which time-dependent loads are shown, seconds; by default that of the result.
 u : array_like, shape (m,), or dict, optional
-    Inputs, or some of them by name; by default `u0` of the model{own}.
+    Inputs, or some of them by name; by default those of the result{own}.
 visuals : sequence of Visual
     Meshes that stand for links.
 
@@ -101,8 +101,8 @@ model : Model
     do not divide 100 are rounded.
 duration : float
     {lasts}
-t : float
-    Time at which the model is shown, seconds.
+t : float, optional
+    Time at which the model is shown, seconds; by default that of the result.
 visuals : sequence of Visual
     Meshes that stand for links.
 
@@ -151,8 +151,8 @@ TIMES = """times : array_like, optional
     Times of the shapes, seconds; by default five from the start to the end. Between states of the result
     coordinates follow a polynomial of fifth order.
 """
-SETTING = """t : float
-    Time at which the model is shown, seconds.
+SETTING = """t : float, optional
+    Time at which the model is shown, seconds; by default that of the result.
 u : array_like, shape (m,), or dict, optional
-    Inputs, or some of them by name; by default `u0` of the model.
+    Inputs, or some of them by name; by default those of the result.
 """

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 from ..common.interruption import interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
-from .scenes import SCENE, load, refusals_of
+from .scenes import SCENE, inputs_option, load, refusals_of
 from .statics import print_statics
 from .words import line, print_outcome
 
@@ -18,8 +20,11 @@ from .words import line, print_outcome
 @click.argument("scene", type=SCENE)
 @output_option("Folder for the results; results/NAME-modes unless given.")
 @click.option("--at-start", is_flag=True, help="Linearise about the q0 of the scene, not its equilibrium.")
+@inputs_option
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
-def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -> int:
+def command(
+    scene: Path, output: Path | None, at_start: bool, inputs: Mapping[str, Any], no_report: bool
+) -> int:
     """Find the natural frequencies and mode shapes of SCENE.
 
     The modes are those about the equilibrium that "lissom statics" finds. The
@@ -38,11 +43,11 @@ def command(scene: Path, output: Path | None, at_start: bool, no_report: bool) -
     target = output if output is not None else Path("results") / f"{scene.stem}-modes"
     with results_folder(target) as folder:
         with refusals_of(scene):
-            rest = None if at_start else studies.study_statics(loaded)
+            rest = None if at_start else studies.study_statics(loaded, u=inputs or None)
         try:
             interruption.answer()
             with refusals_of(scene):
-                done = studies.study_modes(loaded, rest)
+                done = studies.study_modes(loaded, rest, inputs or None)
         except (LissomError, KeyboardInterrupt) as error:
             if rest is not None:
                 return print_statics(rest, save_study(rest, folder, no_report), str(error) or "interrupted")

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..common.interruption import STOPPING, interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save
-from .scenes import SCENE, load, refusals_of, visuals_of, visuals_option
+from .scenes import SCENE, inputs_option, load, refusals_of, visuals_of, visuals_option
 from .words import Saved, note, print_outcome, progress_bar
 
 if TYPE_CHECKING:
@@ -25,8 +25,11 @@ if TYPE_CHECKING:
 @click.argument("scene", type=SCENE)
 @output_option("Folder for the results; results/NAME unless given.")
 @click.option("--no-report", is_flag=True, help="Write the trajectory only.")
+@inputs_option
 @visuals_option
-def command(scene: Path, output: Path | None, no_report: bool, visuals: bool) -> int:
+def command(
+    scene: Path, output: Path | None, no_report: bool, inputs: Mapping[str, Any], visuals: bool
+) -> int:
     """Simulate SCENE; write results and a report.
 
     Writes the trajectory, a summary and an HTML report to the results folder, all at once when they are
@@ -45,7 +48,7 @@ def command(scene: Path, output: Path | None, no_report: bool, visuals: bool) ->
     with results_folder(target) as folder:
         report = None if no_report else _report_of_run
         with refusals_of(scene):
-            done = _simulate(loaded, pictures)
+            done = _simulate(loaded, pictures, inputs)
         saved = save(folder, lambda partial: files.write(done, partial, report))
     _summarise(done, saved)
     if missing(*files.HDF5):
@@ -53,7 +56,7 @@ def command(scene: Path, output: Path | None, no_report: bool, visuals: bool) ->
     return saved.code if done.motion.success or done.interrupted else FAILED
 
 
-def _simulate(scene: Scene, visuals: Sequence[Visual]) -> Run:
+def _simulate(scene: Scene, visuals: Sequence[Visual], inputs: Mapping[str, Any]) -> Run:
     """Simulate with a progress bar. From the first step on, Ctrl-C stops the simulation, not the program."""
     from .._lissom import AccuracyWarning
     from ..results.runs import Run
@@ -69,7 +72,7 @@ def _simulate(scene: Scene, visuals: Sequence[Visual]) -> Run:
         with warnings.catch_warnings():
             # The summary reports it.
             warnings.simplefilter("ignore", AccuracyWarning)
-            motion = scene.run(progress=progress)
+            motion = scene.run(progress=progress, **({"u": inputs} if inputs else {}))
     return Run(scene, motion, interrupted=motion.status == "interrupted", visuals=visuals)
 
 

@@ -26,6 +26,34 @@ visuals_option = click.option(
 )
 
 
+def _read_inputs(
+    context: click.Context, parameter: click.Parameter, given: tuple[str, ...]
+) -> dict[str, float | list[float]]:
+    """Values of inputs by name."""
+    found: dict[str, float | list[float]] = {}
+    for text in given:
+        name, is_given, value = text.partition("=")
+        try:
+            numbers = [float(each) for each in value.split(",")] if is_given else []
+        except ValueError:
+            numbers = []
+        if not name or not numbers:
+            raise click.BadParameter(f"{text!r} is not NAME=NUMBER", context, parameter)
+        found[name.strip()] = numbers[0] if len(numbers) == 1 else numbers
+    return found
+
+
+#: The option of commands that take inputs of a scene.
+inputs_option = click.option(
+    "--input",
+    "inputs",
+    multiple=True,
+    metavar="NAME=NUMBER",
+    callback=_read_inputs,
+    help="Value of an input, such as pull=0.3, or wind=1,0,0; may be repeated.  [default: the scene's]",
+)
+
+
 class Refused(click.ClickException):
     """An invalid scene, with all of its problems."""
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
-from .scenes import SCENE, load, refusals_of
+from .scenes import SCENE, inputs_option, load, refusals_of
 from .words import Saved, print_outcome
 
 if TYPE_CHECKING:
@@ -22,11 +23,19 @@ if TYPE_CHECKING:
 @click.option(
     "--from-start", is_flag=True, help="Release the model at the scene's q0 instead of growing the loads."
 )
+@inputs_option
 @click.option(
     "--no-stability", is_flag=True, help="Do not judge stability, which takes long for large models."
 )
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
-def command(scene: Path, output: Path | None, from_start: bool, no_stability: bool, no_report: bool) -> int:
+def command(
+    scene: Path,
+    output: Path | None,
+    from_start: bool,
+    inputs: Mapping[str, Any],
+    no_stability: bool,
+    no_report: bool,
+) -> int:
     """Find the equilibrium of SCENE.
 
     Increases the loads from the unloaded state, and reports stability and buckling. The settings of the
@@ -41,7 +50,7 @@ def command(scene: Path, output: Path | None, from_start: bool, no_stability: bo
     target = output if output is not None else Path("results") / f"{scene.stem}-statics"
     with results_folder(target) as folder:
         with refusals_of(scene):
-            done = studies.study_statics(loaded, from_start, not no_stability)
+            done = studies.study_statics(loaded, from_start, not no_stability, inputs or None)
         saved = save_study(done, folder, no_report)
     return print_statics(done, saved)
 
@@ -51,10 +60,10 @@ def print_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     from ..analysis.advice import about_model
     from ..drawing.report import peaks
     from ..drawing.report import studies as words
-    from ..results.studies import setting_of
+    from ..results.studies import setting_for
 
     outcome, good = words.outcome(done.found)
-    setting = setting_of(done.scene)
+    setting = setting_for(done.found, done.scene.model)
     facts = [("advice", sentence) for sentence in about_model(done.scene.model)]
     facts += [("limit", sentence) for sentence in peaks.exceeded_at_rest(setting, done.found.q)]
     facts += words.summary(setting, done.found, done.wall_time)

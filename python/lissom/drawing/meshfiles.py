@@ -48,12 +48,12 @@ def of_motion(result: MotionResult, suffix: str, t: float | None, visuals: Seque
 
 
 def of_statics(
-    result: StaticsResult, suffix: str, model: Model | None, t: float, visuals: Sequence[Visual] = ()
+    result: StaticsResult, suffix: str, model: Model | None, t: float | None, visuals: Sequence[Visual] = ()
 ) -> bytes:
     """The file of an equilibrium."""
     if model is None:
         raise ValueError(f"model: {suffix} files show the model, which the result does not keep; pass it")
-    setting = setting_for(model, len(result.q), t, None)
+    setting = setting_for(result, model, t)
     seen = _with_parts(model, suffix, visuals)
     at, rest = np.array([setting.t]), np.zeros_like(result.q)
     return _file(suffix, seen, result.q[None], rest[None], np.asarray(setting.u)[None], at)
@@ -143,7 +143,9 @@ def motion_writers(t: float | None, visuals: Sequence[Visual] = ()) -> dict[str,
     }
 
 
-def statics_writers(t: float, visuals: Sequence[Visual] = ()) -> dict[str, Callable[[Any, Any], bytes]]:
+def statics_writers(
+    t: float | None, visuals: Sequence[Visual] = ()
+) -> dict[str, Callable[[Any, Any], bytes]]:
     """For `results.io.save`: what writes an equilibrium, by the suffix of the file."""
     return {
         suffix: lambda result, model, suffix=suffix: of_statics(result, suffix, model, t, visuals)  # type: ignore[misc]

@@ -137,7 +137,7 @@ def of_statics(result: StaticsResult, model: Model) -> NDArray[Any]:
     coordinates(model, len(result.q))
     if not np.isfinite(result.q).all():
         raise ValueError(f"result: its coordinates are not finite; {result.message}")
-    drawn = _Drawn(view(model), result.q[None], np.zeros(1))
+    drawn = _Drawn(view(model), result.q[None], np.array([result.t or 0.0]))
     drawn.show(0)
     verdict = result.stability or result.status
     drawn.axes.set_title(f"Equilibrium, {verdict}")

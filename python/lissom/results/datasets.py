@@ -122,6 +122,8 @@ def _of_statics(result: StaticsResult, model: Model | None) -> xarray.Dataset:
     data["q"] = ("coordinate", result.q, {"long_name": "generalised coordinates", "units": SEE})
     data["load_factor"] = ((), result.load_factor, {"long_name": "part of the loads that acts", "units": "1"})
     data["lowest_eigenvalue"] = ((), result.lowest_eigenvalue, {"long_name": "lowest eigenvalue"})
+    if result.u is not None and len(result.u):
+        data["u"] = ("input", result.u, {"long_name": "inputs"})
     return data
 
 

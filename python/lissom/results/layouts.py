@@ -22,12 +22,15 @@ LAYOUTS: Mapping[str, Mapping[str, str]] = {
         "stability": "word m",
     },
     "CriticalPoint": {"u": "f? k", "q": "f n", "directions": "f d n"},
+    "ContinuationResult": {"u": "f? k", "t": "f?"},
     "ModesResult": {
         "frequency": "f m",
         "angular_frequency": "f m",
         "damping_ratio": "f m",
         "eigenvalues": "c m",
         "shapes": "fc n m",
+        "u": "f? k",
+        "t": "f?",
     },
     "EnsembleResult": {
         "t": "t m",
@@ -125,7 +128,7 @@ def _of_path(path: Any) -> dict[str, str]:
 
 
 def _of_equilibrium(result: Any) -> dict[str, str]:
-    return {"q": "f n"} | ({} if result.path is None else {"path.q": "f m n"})
+    return {"q": "f n", "u": "f? k", "t": "f?"} | ({} if result.path is None else {"path.q": "f m n"})
 
 
 def _of_recording(result: Any) -> dict[str, str]:

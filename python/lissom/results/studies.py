@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .._lissom import (
     AccuracyWarning,
+    ContinuationResult,
     EquilibriumPath,
     LissomError,
     Model,
@@ -112,23 +113,40 @@ class Slides:
         return instants(len(self.t), most)
 
 
-def setting_of(scene: Scene) -> Setting:
-    """The model of a scene at its initial time, with default inputs."""
-    return Setting(scene.model, scene.simulation.t0, scene.model.u0)
-
-
-def setting_for(model: Model, n: int, t: float, u: Inputs | None, visuals: Sequence[Visual] = ()) -> Setting:
-    """The model given for a result with ``n`` coordinates, validated."""
+def setting_for(
+    found: StaticsResult | ContinuationResult | ModesResult,
+    model: Model,
+    t: float | None = None,
+    u: Inputs | None = None,
+    visuals: Sequence[Visual] = (),
+) -> Setting:
+    """The model given for a result, validated, at the time and with the inputs of the result by default."""
+    n = _coordinates(found)
     if not isinstance(model, Model):
         raise TypeError(f"model: a {type(model).__name__} is not a model")
     if model.n != n:
         raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
+    if t is None:
+        # Results of older versions know neither time nor inputs.
+        t = 0.0 if found.t is None else found.t
     number("t", t)
     if not np.isfinite(t):
         raise ValueError(f"t: got {t}, expected a finite number (seconds)")
     u0 = model.u0
-    held = u0 if u is None else vector("u", inputs_by_name(u, [model]), len(u0))
+    if u is not None:
+        held = vector("u", inputs_by_name(u, [model]), len(u0))
+    else:
+        held = u0 if found.u is None else found.u
+    if len(held) != len(u0):
+        raise ValueError(f"model: it has {len(u0)} inputs, the result has {len(held)}")
     return Setting(model, float(t), held, visuals)
+
+
+def _coordinates(found: StaticsResult | ContinuationResult | ModesResult) -> int:
+    """Number of coordinates of a result."""
+    if isinstance(found, ContinuationResult):
+        return int(found.path.q.shape[1])
+    return int(found.shapes.shape[0]) if isinstance(found, ModesResult) else len(found.q)
 
 
 def outcome_of(found: StaticsResult) -> str:
@@ -178,6 +196,7 @@ class StaticsStudy:
             "lowest_eigenvalue": found.lowest_eigenvalue if np.isfinite(found.lowest_eigenvalue) else None,
             "space_error": None if found.space_error is None else found.space_error.relative,
             "coordinates": self.scene.model.n,
+            "inputs": dict(zip(self.scene.model.inputs, found.u.tolist(), strict=True)),
             "q": found.q.tolist(),
             "critical_points": [
                 {"kind": point.kind, "load_factor": point.load_factor}
@@ -240,7 +259,9 @@ class ModesStudy:
         }
 
 
-def study_statics(scene: Scene, from_start: bool = False, stability: bool = True) -> StaticsStudy:
+def study_statics(
+    scene: Scene, from_start: bool = False, stability: bool = True, u: Mapping[str, Any] | None = None
+) -> StaticsStudy:
     """Find the equilibrium of a scene from the unloaded state or by release from its q0; judge its stability.
 
     Ctrl-C ends the search, not the program. The shape of closed loops depends on q0: a scene with loops and
@@ -252,20 +273,20 @@ def study_statics(scene: Scene, from_start: bool = False, stability: bool = True
         # The message of the result has it, too.
         warnings.simplefilter("ignore", AccuracyWarning)
         found = interruption.finish(
-            partial(statics, scene.model, begin, t=scene.simulation.t0, stability=stability)
+            partial(statics, scene.model, begin, t=scene.simulation.t0, stability=stability, u=u)
         )
     return StaticsStudy(scene, found, begin is not None, time.perf_counter() - start)
 
 
-def study_modes(scene: Scene, rest: StaticsStudy | None) -> ModesStudy:
-    """Find the modes of a scene about its equilibrium or about its q0.
+def study_modes(scene: Scene, rest: StaticsStudy | None, u: Mapping[str, Any] | None = None) -> ModesStudy:
+    """Find the modes of a scene about its equilibrium with these inputs or about its q0.
 
     Raises LissomError if there are no modes, or no equilibrium.
     """
     if rest is not None and not rest.found.success:
         raise LissomError(rest.found.message)
     q = scene.q0 if rest is None else rest.found.q
-    found = interruption.finish(partial(modes, scene.model, q, t=scene.simulation.t0))
+    found = interruption.finish(partial(modes, scene.model, q, t=scene.simulation.t0, u=u))
     return ModesStudy(scene, rest, q, found)
 
 

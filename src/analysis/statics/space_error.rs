@@ -12,9 +12,9 @@ use super::outcome::Equilibrium;
 use crate::analysis::refined::{all_places, embed};
 use crate::analysis::stability::Stability;
 use crate::description::rod::{MAX_MODES, STRAIN_NAMES};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, Number};
 use crate::model::constraint::one_sided;
-use crate::model::{MissingStrain, Model};
+use crate::model::{MissingStrain, Model, RigidStretch};
 use crate::numerics::linalg::{Lu, Matrix, minimum_norm_solution, norm};
 
 /// Errors above this part of the length are worth a warning.
@@ -105,9 +105,35 @@ pub struct SpaceError {
     pub is_helped_by_modes: bool,
     /// Deflection that rigid shear leaves out of this segment's rod, over that by bending ([`MissingStrain::rigid_shear`]).
     pub rigid_shear: f64,
+    /// What stretch without modes leaves out, and the name of its segment.
+    pub rigid_stretch: RigidStretch,
+    /// See `rigid_stretch`.
+    pub rigid_segment: String,
 }
 
 impl SpaceError {
+    /// A sentence if axial forces would change the length of a segment whose stretch has no modes by more than [`LARGE`].
+    pub fn about_stretch(&self) -> Option<String> {
+        let RigidStretch { strain, force, stiffness, .. } = self.rigid_stretch;
+        let (change, pulls) = match strain < 0.0 {
+            true => ("shorten", "presses"),
+            false => ("stretch", "pulls"),
+        };
+        (strain.abs() > LARGE).then(|| {
+            let by = match strain.abs() {
+                part if part < 1.0 => format!("{:.0} %", 100.0 * part),
+                _ => "more than its length".to_owned(),
+            };
+            format!(
+                "Stretch has no modes in {} and counts as rigid: with E A = {} N, what {pulls} along it (up to {} N) would {change} it by \
+                 {by}. Give it `modes` of stretch.",
+                self.rigid_segment,
+                Number(rounded(stiffness)),
+                Number(rounded(force.abs()))
+            )
+        })
+    }
+
     /// A warning if the error is large.
     pub fn doubt(&self) -> Option<String> {
         let is_small = self.relative <= LARGE;
@@ -187,7 +213,14 @@ pub fn space_error<M: Model + Clone>(
         estimate,
         is_helped_by_modes,
         rigid_shear: missing.rigid_shear,
+        rigid_stretch: missing.rigid_stretch,
+        rigid_segment: model.name_of_segment(missing.rigid_stretch.segment),
     }))
+}
+
+/// A number with three digits.
+fn rounded(x: f64) -> f64 {
+    format!("{x:.2e}").parse().unwrap_or(x)
 }
 
 /// Whether rounding of the shape changes the missing strains: supports or contacts may be so stiff that no shape in floating-point

@@ -52,7 +52,7 @@ pub use invalid_shape::{Constraint, InvalidShape, Radius};
 pub use passing::{EnergySnapshot, GainCheck, Impact, Separation};
 #[doc(hidden)]
 pub use passing::{have_missed, have_tunnelled, may_miss};
-pub use refinable::{MissingStrain, Refinable};
+pub use refinable::{MissingStrain, Refinable, RigidStretch};
 pub use smooth::{Autonomous, Smooth, Untied};
 pub use tied::{OneSided, Switch, Tied};
 

@@ -10,7 +10,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
-use crate::error::{Checker, InvalidInput};
+use crate::error::{Checker, InvalidInput, Number};
 use crate::model::{
     Autonomous, Dynamics, Elastic, Energy, Facts, ForwardScratch, InvalidShape, SingularMass, Smooth,
 };
@@ -161,6 +161,16 @@ impl Dynamics for SpringPendulum {
 
     fn invalid_shape(&mut self, _q: &[f64]) -> Option<InvalidShape> {
         None
+    }
+
+    /// Starts beyond the hinge are refused; motions may pass it. At the hinge the mass matrix is singular.
+    fn check_shape(&mut self, q: &[f64], place: &str) -> Result<(), InvalidInput> {
+        if q[1] >= -self.length {
+            return Ok(());
+        }
+        let expected =
+            format!("an elongation of at least -{} m, where the spring has no length", Number(self.length));
+        Err(InvalidInput::new(format!("{place}[1]"), Number(q[1]), expected))
     }
 
     /// In closed form: the mass matrix is diagonal.

@@ -22,6 +22,22 @@ pub struct MissingStrain {
     /// Deflection by shear, of a cantilever with the sections of this segment and the length of its rod under a force at the tip, over that
     /// by bending: zero where shear has modes, otherwise what they leave out.
     pub rigid_shear: f64,
+    /// What stretch without modes leaves out.
+    pub rigid_stretch: RigidStretch,
+}
+
+/// The segment of a shape at rest whose length the axial forces in it would change most if its stretch, which has no modes, were not
+/// rigid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RigidStretch {
+    /// Mean axial strain of the segment, forces over stiffness.
+    pub strain: f64,
+    /// Largest axial force of the material, in newtons, positive in tension, with the axial stiffness E A there, in newtons.
+    pub force: f64,
+    /// See `force`.
+    pub stiffness: f64,
+    /// The segment, counted through all rods.
+    pub segment: usize,
 }
 
 /// A finite number of modes and quadrature nodes.

@@ -21,7 +21,7 @@ use crate::robot::{Place, Pose};
 use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Keep, Monitor, Refusal, Run};
 use crate::simulation::methods::Configuration;
-use crate::simulation::simulate::{Control, Simulation, slackness, times_of_run};
+use crate::simulation::simulate::{Control, Simulation, creep, slackness, times_of_run};
 use crate::simulation::time_limit::TimeLimit;
 
 /// Arguments of all runs.
@@ -173,6 +173,9 @@ impl Rows {
         let places = self.places.get(row).or(self.places.first()).map_or(&[][..], Vec::as_slice);
         if let Some(robot) = model.robot_model() {
             *slack = slackness(robot, simulation)?;
+            if let Some(doubt) = creep(robot, simulation)? {
+                simulation.add_doubt(&doubt);
+            }
             let places: Vec<Place> = places.iter().map(|&(link, x)| robot.place_on(link, x)).collect();
             if !places.is_empty() {
                 let found = ensemble::poses(robot, simulation, &places, from)?;

@@ -15,6 +15,7 @@
 //! ```
 
 mod control;
+mod creep;
 mod growth_errors;
 mod recorder;
 mod runner;
@@ -39,6 +40,7 @@ use crate::simulation::balance::{Balance, Flow};
 use crate::simulation::stepping::Run;
 
 pub use self::control::{Control, Inputs};
+pub use self::creep::{creep, has_joint_friction};
 pub(crate) use self::growth_errors::unstable_equilibrium;
 pub use self::slackness::{Slack, slackness};
 pub use crate::simulation::stepping::{Method, Status};
@@ -377,6 +379,16 @@ fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput>
 }
 
 impl Simulation {
+    /// Adds a doubt about a run that has succeeded, also to its message.
+    pub fn add_doubt(&mut self, doubt: &str) {
+        if !self.status.is_success() {
+            return;
+        }
+        self.message = format!("{} {doubt}", self.message);
+        self.doubt =
+            Some(self.doubt.take().map_or_else(|| doubt.to_owned(), |known| format!("{known} {doubt}")));
+    }
+
     /// Final state and records of a run.
     fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
         let Runner { mut run, recorder, meter, watch, growth_errors, stop, deepest, .. } = runner;

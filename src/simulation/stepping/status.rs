@@ -96,7 +96,7 @@ impl Stop {
     pub(crate) fn without_mass(t: f64) -> Self {
         let message = format!(
             "The accelerations at t = {} could not be found: the mass matrix is singular, or not finite, at the start. Change the \
-             initial state (coordinates of a universal joint, or of hinges in a row, may be singular there), or give every \
+             initial state (coordinates of a universal joint, of hinges in a row, or of a pendulum without length may be singular there), or give every \
              coordinate a mass.",
             Number(t),
         );

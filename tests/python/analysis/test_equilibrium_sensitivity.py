@@ -139,3 +139,19 @@ def test_what_has_no_derivative_is_refused():
     free = lissom.Robot([lissom.Link("ball", body=lissom.Body(1.0), joint=lissom.Prismatic((1, 0, 0)))])
     with pytest.raises(lissom.LissomError):
         lissom.equilibrium_sensitivity(free, ["gravity[0]"])
+
+
+def test_who_asks_for_inputs_is_told_how_they_are_had():
+    """The formula of the message, beside differences of equilibria."""
+    soft = lissom.Segment(0.15, 0.006, 250e3, poisson_ratio=0.49, density=1070, modes={"bend_y": 3})
+    pull = lissom.Tendon("pull", [lissom.Along(offset=(0.0, 0.004))], tension=lissom.Input("pull", 0.0))
+    model, u = lissom.Rod([soft], actuators=[pull]), [0.3]
+    with pytest.raises(ValueError, match=r"by -solve\(K, model.input_tangent\(q, u=u\)\) with the stiffness"):
+        lissom.equilibrium_sensitivity(model, ["u"], u=u)
+    q = lissom.statics(model, u=u).q
+    K = model.tangent(q, 0 * q, 0 * q, u=u)[0]
+    found = -np.linalg.solve(K, model.input_tangent(q, u=u))[:, 0]
+    step = 1e-4
+    ahead, behind = (lissom.statics(model, u=[0.3 + sign * step], tol=1e-13).q for sign in (1, -1))
+    np.testing.assert_allclose(found, (ahead - behind) / (2 * step), rtol=1e-5, atol=1e-7)
+    assert lissom.linearise(model, q, u=u, inputs="inputs").B.shape == (6, 1)

@@ -165,6 +165,36 @@ def test_a_run_that_fails_has_no_error(quick):
     assert numbers["table_3"][0]["success"] is False
 
 
+def words_of(sections):
+    """Lessons and captions of a part."""
+    parts = [each for section in sections for each in section.parts]
+    return " ".join(getattr(each, "text", "") or getattr(each, "caption", "") or "" for each in parts)
+
+
+def test_a_reference_that_stops_leaves_no_error(quick):
+    """A wire with a radius of a metre: the explicit method stops at once."""
+    found = rod.part(Setup(radius=1.0))
+    assert set(found.numbers["tip_error_by_step"].values()) == {None}
+    assert all(run["tip_error"] is None for run in found.numbers["table_3"])
+    words = words_of(found.sections)
+    assert "tolerance of 1e-10. It stopped at 0" in words
+    assert "method finishes" not in words
+    assert "see table 2" in words
+    assert "the wire is heavy" in words
+    assert "its error is not known. The reference stopped at 0" in words
+
+
+def test_a_run_that_stops_has_no_ratio(quick):
+    """An elongation with which the implicit method does not reach the end."""
+    found = pendulum.part(Setup(angle=1.0195, elongation=2.0))
+    stopped = [run for run in found.numbers["table_1"][2:] if not run["success"]]
+    assert stopped, "choose a start with which it stops"
+    words = words_of(found.sections)
+    assert "a run stopped before its end, and there is no such ratio" in words
+    assert "times as long." not in words
+    assert "stopped at" in words
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -178,6 +208,10 @@ def test_a_run_that_fails_has_no_error(quick):
         ),
         (["--stiffness", "1e10"], "--stiffness: expected 4e+06 N/m or less, got 1e+10 N/m: the spring"),
         (["--young-modulus", "inf"], "--young-modulus: expected a positive number, got inf"),
+        (
+            ["--angle", "45"],
+            "--angle: expected radians from -2 pi to 2 pi, got 45; 45 degrees are 0.7854 rad",
+        ),
         (["--elongation", "-1"], "--elongation: expected more than -1 m"),
         (["--retardation-time", "-1"], "--retardation-time: expected zero or more, got -1"),
     ],

@@ -224,7 +224,7 @@ def sections(built):
 def build(result, model, **options):
     """The page of an equilibrium or of a path."""
     what = studies.continuation if isinstance(result, lissom.ContinuationResult) else studies.equilibrium
-    return what(setting_for(model, model.n, 0.0, None), result, "A rod", **options)
+    return what(setting_for(result, model), result, "A rod", **options)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -294,7 +294,8 @@ def test_an_equilibrium_without_a_path_is_shown_alone():
 def test_modes_are_shown_beside_the_undeflected_shape():
     model = rod()
     q = lissom.statics(model).q
-    built = studies.vibrations(setting_for(model, 2, 0.0, None), q, lissom.modes(model, q), "A rod")
+    found = lissom.modes(model, q)
+    built = studies.vibrations(setting_for(found, model), q, found, "A rod")
     shown = built.sections[0].parts[0].scene
     (outline,) = shown.of(layers.Line, "initial shape")
     assert shown.names["initial shape"] == "undeflected shape"

@@ -3,6 +3,7 @@
 import copy
 import inspect
 import pickle
+import re
 import threading
 
 import numpy as np
@@ -157,3 +158,21 @@ def test_models_and_energies_are_immutable_and_shared_between_threads():
     for thread in threads:
         thread.join()
     assert results == [True] * 4
+
+
+def test_starts_beyond_the_hinge_are_refused():
+    pendulum, q0 = lissom.SpringPendulum(), [-0.785, -1.5]
+    refused = r"q0\[1\]: got -1.5, expected an elongation of at least -1 m, where the spring has no length"
+    with pytest.raises(ValueError, match=refused):
+        lissom.simulate(pendulum, 1.0, q0=q0)
+    with pytest.raises(ValueError, match=refused):
+        lissom.simulate_many(pendulum, 1.0, q0=[q0])
+    with pytest.raises(ValueError, match=r"q\[1\]: got -1"):
+        pendulum.check_shape(q0)
+
+
+def test_displacements_beyond_the_length_have_no_percentages():
+    """What vibrates with an amplitude of eight lengths: linear vibrations would be of 120."""
+    with pytest.warns(lissom.AccuracyWarning, match="moves the tip by more than the length"):
+        found = lissom.simulate(lissom.SpringPendulum(), 10.0, q0=[0.0, 3.0], dt=1e-2)
+    assert all(float(number) <= 100.0 for number in re.findall(r"([0-9.]+) %", found.doubt))

@@ -698,3 +698,35 @@ def test_a_residual_that_changes_its_length_is_refused():
 def test_options_are_keywords():
     with pytest.raises(TypeError):
         lissom.root(lab, 1.0, "central")
+
+
+RUNAWAYS = {
+    "exp(-x)": (lambda x: np.exp(-x), 0.0),
+    "1/x": (lambda x: 1.0 / x, 1.0),
+    "1/x^2": (lambda x: 1.0 / x**2, 1.0),
+    "two": (lambda x: np.array([np.exp(-x[0]), x[1] - 1.0]), [0.0, 0.0]),
+}
+
+
+@pytest.mark.parametrize("name", RUNAWAYS)
+@pytest.mark.parametrize("jac", ["forward", "central"])
+def test_residuals_that_vanish_far_away_are_doubted(name, jac):
+    fun, x0 = RUNAWAYS[name]
+    result = lissom.root(fun, x0, jac=jac)
+    assert result.status == "converged_residual"
+    assert result.doubt.startswith("The last steps became no shorter")
+    assert result.doubt in result.message
+
+
+@pytest.mark.parametrize("multiplicity", [1, 2, 3, 5, 8])
+def test_multiple_roots_are_not_doubted(multiplicity):
+    result = lissom.root(lambda x: (x - 1.0) ** multiplicity, 3.0)
+    assert result.success
+    assert result.doubt is None
+
+
+@pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: problem.name)
+def test_roots_are_not_doubted(problem):
+    for method in METHODS:
+        result = lissom.root(problem.fun, problem.start(1), jac=problem.jac, method=method)
+        assert result.doubt is None, (method, result.message)

@@ -13,7 +13,7 @@ from ...analysis.advice import about_model
 from ...common import disk
 from ...model.views import Member
 from ...results.runs import Array
-from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_of, way
+from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_for, way
 from ..oscillation import frequency, is_rounding, mode_motion
 from . import motion, page, peaks, plots, theme
 from .text import quantity
@@ -40,7 +40,9 @@ def write(study: StaticsStudy | ModesStudy, path: Path) -> None:
 def statics(study: StaticsStudy) -> page.Page:
     """The report of the equilibrium of a scene."""
     scene, start = study.scene, "released from q0." if study.from_start else "from the unloaded state."
-    built = equilibrium(setting_of(scene), study.found, scene.name, scene.q0, study.wall_time)
+    built = equilibrium(
+        setting_for(study.found, scene.model), study.found, scene.name, scene.q0, study.wall_time
+    )
     return replace(
         built,
         lead=f"Equilibrium at rest, {start}",
@@ -166,6 +168,8 @@ def outcome(found: StaticsResult) -> tuple[str, bool]:
 def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> list[tuple[str, str]]:
     """The equilibrium in words and numbers."""
     rows: list[tuple[str, str]] = [("stability", found.stability or "unknown")]
+    inputs = zip(setting.model.inputs, setting.u, strict=True)
+    rows += [(f"input {name}", f"{value:.6g}") for name, value in inputs]
     for frame in setting.view.frames:
         x, y, z = _rounded(frame.pose(found.q, setting.t)[:3, 3], ROUNDING * setting.view.size)
         rows.append((frame.name, f"({x:.6g}, {y:.6g}, {z:.6g}) m"))
@@ -241,7 +245,7 @@ def _stiffness(path: EquilibriumPath, clock: str) -> list[page.Part]:
 def modes(study: ModesStudy) -> page.Page:
     """The report of the natural modes of a scene."""
     scene, about = study.scene, "initial shape" if study.statics is None else "equilibrium at rest"
-    built = vibrations(setting_of(scene), study.q, study.found, scene.name)
+    built = vibrations(setting_for(study.found, scene.model), study.q, study.found, scene.name)
     return replace(
         built,
         lead=f"Natural modes about the {about}.",

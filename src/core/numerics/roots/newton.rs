@@ -24,6 +24,10 @@ pub(super) const FAR_AWAY: f64 = 1000.0;
 /// Schnabel 1983, A6.3.1).
 const NEARLY_LONGEST: f64 = 0.99;
 
+/// Full Newton steps that contract by less than this do not converge: towards a root of multiplicity m they contract by 1 - 1/m, in
+/// `exp(-x)` not at all, and in `1/x^p` they grow by 1 + 1/p.
+const UNCONTRACTED: f64 = 0.99;
+
 /// An iterate of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Iterate {
@@ -63,6 +67,8 @@ pub(super) struct Progress {
     pub(super) step_norm: f64,
     pub(super) length: f64,
     pub(super) rate: f64,
+    /// The scaled norm of the last step over that of the one before.
+    pub(super) contraction: f64,
     pub(super) moved: bool,
     /// Number of consecutive last steps with the maximum length.
     pub(super) longest_steps: usize,
@@ -78,6 +84,7 @@ impl Progress {
             step_norm: f64::NAN,
             length: f64::NAN,
             rate: f64::NAN,
+            contraction: f64::NAN,
             moved: false,
             longest_steps: 0,
         }
@@ -224,6 +231,10 @@ impl Newton {
             factorisations: self.counters.factorisations,
             residual_norm: progress.residual_norm,
             step_norm: progress.step_norm,
+            runs_off: status == Status::ConvergedResidual
+                && progress.rate > CONFIRMED_REDUCTION
+                && progress.length >= 1.0
+                && progress.contraction > UNCONTRACTED,
             multiplicity: self.multiplicity.settled(progress.length > 1.0).filter(|_| status.is_success()),
         };
         if status == Status::Interrupted { Err(Unfinished::new(outcome)) } else { Ok(outcome) }
@@ -390,7 +401,8 @@ impl Newton {
         progress.rate = norm / progress.residual_norm;
         progress.residual_norm = norm;
         progress.length = length;
-        progress.step_norm = self.scaled_step_norm();
+        let before = std::mem::replace(&mut progress.step_norm, self.scaled_step_norm());
+        progress.contraction = progress.step_norm / before;
         let longest = progress.step_norm >= NEARLY_LONGEST * self.longest_step;
         progress.longest_steps = if longest { progress.longest_steps + 1 } else { 0 };
         self.multiplicity.took(&self.step);

@@ -147,9 +147,23 @@ pub struct Outcome {
     pub step_norm: f64,
     /// Estimated multiplicity of the root if convergence was linear, as at multiple roots; `None` otherwise.
     pub multiplicity: Option<usize>,
+    /// Whether the last Newton steps became no shorter although the residual fell below its tolerance: x may run off to where R tends to
+    /// zero without a root, as `exp(-x)` does.
+    pub runs_off: bool,
 }
 
 impl Outcome {
+    /// Why x may be no root although the residual is below its tolerance.
+    pub fn doubt(&self) -> Option<String> {
+        self.runs_off.then(|| {
+            format!(
+                "The last steps became no shorter (the last one {:.1e}) while the residual fell slowly: it may tend to zero far away, without \
+                 a root. Look at x, and take a smaller `tol` or the scale of the residual.",
+                self.step_norm
+            )
+        })
+    }
+
     /// Description with numbers, and with advice unless the search succeeded.
     pub fn message(&self) -> String {
         let Self { status, iterations, residual_norm, .. } = self;
@@ -160,6 +174,9 @@ impl Outcome {
                 " Convergence was linear, as at a root of multiplicity {multiplicity}: the error of x is \
                  about the residual to the power 1/{multiplicity}, and acceleration saves steps."
             );
+        }
+        if let Some(doubt) = self.doubt() {
+            message = format!("{message} {doubt}");
         }
         message
     }

@@ -6,7 +6,7 @@
 //! `-H^-1 (F + f + H (xi - xi_0))`, if all forces stay as they are: the residual of the strong form of the equilibrium.
 
 use crate::description::rod::{STRAINS, SectionProperties};
-use crate::model::MissingStrain;
+use crate::model::{MissingStrain, RigidStretch};
 use crate::numerics::lie::{Cross, LANES, Lanes, Twist, VectorSpace, weighted_sum};
 use crate::numerics::linalg::small_cholesky;
 use crate::robot::description::Robot;
@@ -19,6 +19,9 @@ use crate::robot::turning::Turning;
 
 use super::adjoint::carried;
 use super::validity;
+
+/// Stretch, by its index in [`STRAIN_NAMES`](crate::description::rod::STRAIN_NAMES).
+const STRETCH: usize = 3;
 
 /// Stiffness per length of the strains.
 type Stiffness = [[f64; STRAINS]; STRAINS];
@@ -68,18 +71,20 @@ pub(crate) fn of_modes<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Vec<Strains> {
     in_order(plan, &fields)
 }
 
-/// Missing strains at all nodes, with the generalised forces at rest up to date: the forces along the rod at its nodes
-/// are those of the last projection.
+/// Missing strains at all nodes, and the axial strain that stretch without modes leaves out, with the generalised forces at rest up to
+/// date: the forces along the rod at its nodes are those of the last projection.
 pub(crate) fn of_balance<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     robot: &Robot,
     q: &[f64],
-) -> Vec<Strains> {
+) -> (Vec<Strains>, RigidStretch) {
     let strains = of_modes(plan, q);
-    let balance = in_order(plan, &wrenches_as_fields(plan, work));
+    let mut fields = wrenches_as_fields(plan, work);
+    let balance = in_order(plan, &fields);
     let mut acting = vec![[0.0; STRAINS]; strains.len()];
     along_strains::add(plan, work, robot, &strains, &mut acting);
+    let rigid_stretch = rigid_stretch(plan, &mut fields, &acting);
     let mut missing = vec![[0.0; STRAINS]; strains.len()];
     for piece in plan.pieces.iter().filter(|piece| deforms(piece)) {
         let present: Vec<usize> = along_strains::components(piece).iter().map(|own| own.strain).collect();
@@ -101,7 +106,48 @@ pub(crate) fn of_balance<G: Turning>(
             }
         }
     }
-    missing
+    (missing, rigid_stretch)
+}
+
+/// The segment whose length the axial forces in it would change most, of those whose stretch has no modes: by the wrenches of the balance and
+/// the forces of actuators at the nodes.
+fn rigid_stretch<G: Turning>(
+    plan: &Plan<G>,
+    balance: &mut [Twist<G, G::Pack>],
+    acting: &[Strains],
+) -> RigidStretch {
+    let index = G::strain_index(plan.frame, STRETCH);
+    let mut found = RigidStretch::default();
+    let is_rigid = |piece: &PiecePlan<G>| deforms(piece) && piece.part().modes[STRETCH] == 0;
+    // A segment may consist of several pieces, of constant strain.
+    let mut whole = (None, RigidStretch::default(), 0.0);
+    for (s, piece) in plan.pieces.iter().enumerate().filter(|(_, piece)| is_rigid(piece)) {
+        let segment = segment_of(plan, s);
+        if whole.0 != Some(segment) {
+            whole = (Some(segment), RigidStretch { segment, ..RigidStretch::default() }, 0.0);
+        }
+        let (_, own, length) = &mut whole;
+        let stiffness = stiffness_at_nodes(piece);
+        let mut elongation = own.strain * *length;
+        for (i, node) in nodes_of(piece).enumerate() {
+            let weight = piece.weights[i / LANES].lane(i % LANES);
+            let field = balance[piece.first_pack + i / LANES].component_mut(index).lane(i % LANES);
+            let (force, stiffness) = (-(field + acting[node][STRETCH]), stiffness(i)[STRETCH][STRETCH]);
+            *length += weight;
+            // Sections may be given with a stiffness of zero where there are no modes.
+            if stiffness > 0.0 {
+                elongation += weight * force / stiffness;
+            }
+            if force.abs() > own.force.abs() {
+                (own.force, own.stiffness) = (force, stiffness);
+            }
+        }
+        own.strain = elongation / *length;
+        if own.strain.abs() > found.strain.abs() {
+            found = *own;
+        }
+    }
+    found
 }
 
 /// The internal wrench at the nodes in section axes, as components of a twist.

@@ -47,10 +47,11 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn missing_strain(&mut self, robot: &Robot, q: &[f64]) -> MissingStrain {
         let mut tau = vec![0.0; self.plan.n];
         self.forces_at_rest(q, &mut tau);
-        let missing = missing_strain::of_balance(&self.plan, &self.work, robot, q);
+        let (missing, rigid_stretch) = missing_strain::of_balance(&self.plan, &self.work, robot, q);
         let turn = missing_strain::largest_turn(&self.plan, q);
         let effect = missing_strain::effect(&self.plan, &self.work, &missing);
-        MissingStrain { turn, rigid_shear: missing_strain::rigid_shear(robot, effect.segment), ..effect }
+        let rigid_shear = missing_strain::rigid_shear(robot, effect.segment);
+        MissingStrain { turn, rigid_shear, rigid_stretch, ..effect }
     }
 
     /// Effect of a change of the strains of the modes in a shape.

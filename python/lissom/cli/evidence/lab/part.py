@@ -68,6 +68,11 @@ def timed_run(beside: float | None, run: Callable[[], MotionResult]) -> tuple[Mo
     return motion, numbers
 
 
+def stopped(what: str, motion: MotionResult) -> str:
+    """A sentence about a run that did not reach its end, with a space before it; empty otherwise."""
+    return "" if motion.success else f" {what} stopped at {motion.t[-1]:g} s."
+
+
 #: Columns common to all tables of run times, and the names of those with numbers.
 RUN_COLUMNS = ("report", "lissom", "faster", "steps", "outcome")
 NUMERIC = frozenset({"report", "lissom", "faster", "steps"})

@@ -13,7 +13,7 @@ from ....drawing.report.page import Figure, Lesson, Section, Table
 from ....drawing.report.plots import Axis, Curve, Plot
 from ....drawing.report.text import quantity
 from . import published
-from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
+from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, stopped, timed_run
 from .setup import COARSE_STEP, PENDULUM, Setup
 
 #: Simulated time of table 1, and of the figures, seconds.
@@ -64,7 +64,7 @@ def part(setup: Setup) -> Part:
     ]
     numbers = {
         "table_1": runs,
-        "implicit_error_20_s": error,
+        "implicit_error_20_s": error if fine.success and reference.success else None,
         "energy_change_right": float(np.ptp(right)),
         "energy_change_report": float(np.ptp(wrong)),
     }
@@ -74,6 +74,7 @@ def part(setup: Setup) -> Part:
 def figure_4(pendulum: SpringPendulum, paths: Paths, setup: Setup, error: float) -> Section:
     """The motion by both methods."""
     over = min(motion.t[-1] for motion, *_ in paths.values())
+    ended = "".join(stopped(f"The run “{name}”", motion) for name, (motion, *_) in paths.items())
     return Section(
         "Figure 4: the spring pendulum",
         [
@@ -83,8 +84,8 @@ def figure_4(pendulum: SpringPendulum, paths: Paths, setup: Setup, error: float)
             ),
             Lesson(
                 f"Over {over:g} s the implicit path at a step of {setup.dt:g} s departs from the reference "
-                f"by at most {error:.2g} (rad or m). Large motions are chaotic: in longer runs only energies "
-                "can be compared."
+                f"by at most {error:.2g} (rad or m).{ended} Large motions are chaotic: in longer runs only "
+                "energies can be compared."
             ),
         ],
     )
@@ -95,7 +96,9 @@ def figure_5(pendulum: SpringPendulum, coarse: MotionResult, reference: MotionRe
     spring, swing = small_periods(pendulum)
     resolved = min(spring, swing) / STEPS_PER_PERIOD > COARSE_STEP
     verdict = "" if resolved else "A step of 1 s is too long for this pendulum: "
-    if coarse.success:
+    if coarse.success and not reference.success:
+        found = f"the path goes on to {SHOWN:g} s.{stopped('The reference', reference)}"
+    elif coarse.success:
         found = (
             f"after {SHOWN:g} s the angle is {coarse.q[-1, 0]:,.1f} rad instead of {reference.q[-1, 0]:.1f}."
         )
@@ -189,7 +192,11 @@ def table_1(runs: list[dict[str, Any]], setup: Setup) -> Section:
         "step. Energy drift: largest change of the total, relative to the largest energy that moved."
     )
     implicit, explicit = runs[2:]
-    ratio = implicit["lissom_seconds"] / explicit["lissom_seconds"]
+    if implicit["success"] and explicit["success"]:
+        ratio = implicit["lissom_seconds"] / explicit["lissom_seconds"]
+        here = f"here, at a step of {setup.dt:g} s, it takes {ratio:.2g} times as long"
+    else:
+        here = f"here, at a step of {setup.dt:g} s, a run stopped before its end, and there is no such ratio"
     beside = published.PENDULUM[REPORT_STEP]
     return Section(
         "Table 1: run time of the pendulum",
@@ -197,9 +204,8 @@ def table_1(runs: list[dict[str, Any]], setup: Setup) -> Section:
             Table(columns, rows, NUMERIC | {"energy drift"}, caption),
             Lesson(
                 f"In the report the implicit method at a step of {REPORT_STEP:g} s takes "
-                f"{beside['implicit'] / beside['explicit']:.0f} times as long as the explicit one; here, at "
-                f"a step of {setup.dt:g} s, it takes {ratio:.2g} times as long. Such a ratio is one of "
-                "implementations more than of methods."
+                f"{beside['implicit'] / beside['explicit']:.0f} times as long as the explicit one; {here}. "
+                "Such a ratio is one of implementations more than of methods."
             ),
         ],
     )

@@ -13,7 +13,7 @@ from ....drawing.report.page import Figure, Lesson, Section, Table
 from ....drawing.report.plots import Axis, Curve, Plot
 from ....drawing.report.text import quantity
 from . import published
-from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, timed_run
+from .part import NUMERIC, RUN_COLUMNS, Part, run_cells, steps_too_long_on_purpose, stopped, timed_run
 from .setup import COARSE_STEP, LABS, ROD, Setup
 
 #: The lab's steel wire and its two bases.
@@ -81,10 +81,10 @@ def part(setup: Setup) -> Part:
     bases, table = runs_by_base(setup), runs_by_step(setup, errors)
     sections = [
         figure_7(horizontal, hanging, reference, still, equilibrium),
-        figure_8(horizontal, motions, reference, setup),
+        figure_8(horizontal, motions, reference, setup, bases),
         figure_9(reference.t, conditions, determinants),
         table_2(bases, setup),
-        table_3(table, errors[COARSE_STEP], float(np.ptp(tip(horizontal, reference.q)[:, 1]))),
+        table_3(table, reference, float(np.ptp(tip(horizontal, reference.q)[:, 1]))),
     ]
     numbers = {
         "equilibrium": np.asarray(equilibrium).tolist(),
@@ -100,7 +100,7 @@ def part(setup: Setup) -> Part:
 
 def figure_7(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: Any) -> Section:
     """Motions with both bases."""
-    moved = quantity(tip_motion(hanging, still), digits=2)
+    moved, ended = quantity(tip_motion(hanging, still), digits=2), stopped("The run", still)
     return Section(
         "Figure 7: the rod, let go",
         [
@@ -111,24 +111,32 @@ def figure_7(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium
             ),
             Lesson(
                 "Base (1, 0, 0, 0) is horizontal, (0.7071068, 0, 0.7071068, 0) hangs along −z. Hanging is an "
-                f"equilibrium: over {DURATION:g} s its tip moves by {moved} m. A method that moves it by "
-                "more than rounding, or needs long for it, has an error somewhere."
+                f"equilibrium: over {still.t[-1]:g} s its tip moves by {moved} m.{ended} A method that moves "
+                "it by more than rounding, or needs long for it, has an error somewhere."
             ),
         ],
     )
 
 
-def figure_8(rod: Rod, motions: dict[float, Any], reference: Any, setup: Setup) -> Section:
+def figure_8(
+    rod: Rod, motions: dict[float, Any], reference: Any, setup: Setup, bases: list[dict[str, Any]]
+) -> Section:
     """The tip over time."""
+    explicit = [run for run in bases if run["method"] == "explicit"]
+    finishes = (
+        "the explicit method finishes: see table 2"
+        if all(run["success"] for run in explicit)
+        else "the explicit method can finish, but not with this rod: see table 2"
+    )
+    caption = f"Reference: explicit, at a tolerance of {TOLERANCE:.0e}.{stopped('It', reference)}"
     return Section(
         "Figure 8: the tip, implicit and explicit",
         [
-            Figure(tips(rod, motions, reference), f"Reference: explicit, at a tolerance of {TOLERANCE:.0e}."),
+            Figure(tips(rod, motions, reference), caption),
             *([tip_check(rod, reference)] if setup.is_the_labs(ROD) else []),
             Lesson(
                 "The report's explicit method never ended, and the rod's stiffness was blamed. Its forward "
-                "model had left out the elastic and damping forces K q + D q̇. With them the explicit method "
-                "finishes: see table 2."
+                f"model had left out the elastic and damping forces K q + D q̇. With them {finishes}."
             ),
             Lesson(
                 "Three more things that the lab's code did and that cost accuracy or convergence: the "
@@ -143,6 +151,7 @@ def figure_8(rod: Rod, motions: dict[float, Any], reference: Any, setup: Setup) 
 
 def figure_9(t: Any, conditions: Any, determinants: Any) -> Section:
     """Whether the mass matrix is singular."""
+    weight = "light" if determinants.mean() < 1.0 else "heavy"
     return Section(
         "Figure 9: condition and determinant of the mass matrix",
         [
@@ -152,7 +161,7 @@ def figure_9(t: Any, conditions: Any, determinants: Any) -> Section:
                 f"{published.MASS_DETERMINANT[0]:.0e} to {published.MASS_DETERMINANT[1]:.0e}), and the "
                 "report concludes that M is singular. Its condition number is about "
                 f"{conditions.mean():.0f}: of sixteen digits a solve loses about "
-                f"{np.log10(conditions.mean()):.1f}. The determinant only says that the wire is light: in "
+                f"{np.log10(conditions.mean()):.1f}. The determinant only says that the wire is {weight}: in "
                 "grams it is 10⁹ times larger. Judge by the condition number."
             ),
         ],
@@ -165,8 +174,8 @@ def tip(rod: Rod, q: Any) -> Any:
 
 
 def tip_error(rod: Rod, motion: Any, reference: Any) -> float | None:
-    """Largest distance of the tip from the reference at the motion's own times; None if the motion failed."""
-    if not motion.success:
+    """Largest distance of the tip from the reference at the motion's own times; None if one has failed."""
+    if not motion.success or not reference.success:
         return None
     at = np.searchsorted(reference.t, motion.t - 1e-9)
     common = np.abs(reference.t[np.minimum(at, len(reference.t) - 1)] - motion.t) < 1e-9
@@ -250,8 +259,9 @@ def runs_by_step(setup: Setup, errors: dict[float, float | None]) -> list[dict[s
     return runs
 
 
-def table_3(runs: list[dict[str, Any]], coarse_error: float | None, span: float) -> Section:
+def table_3(runs: list[dict[str, Any]], reference: Any, span: float) -> Section:
     """Run times by step beside the report's; ``span`` is the range of the tip's height."""
+    coarse = next(run for run in runs if run["step"] == COARSE_STEP)
     rows = [
         (
             f"{run['step']:g} s",
@@ -262,13 +272,14 @@ def table_3(runs: list[dict[str, Any]], coarse_error: float | None, span: float)
         for run in runs
     ]
     columns = ("step", *RUN_COLUMNS, "Newton iterations", "tip error (m)")
-    if coarse_error is None:
+    if not coarse["success"]:
         found = "Newton's method does not converge: the run stops before its end."
+    elif coarse["tip_error"] is None:
+        found = f"the run ends; its error is not known.{stopped('The reference', reference)}"
     else:
-        found = (
-            f"the tip is off by up to {quantity(coarse_error)} m, of a motion that spans {quantity(span)} m"
-        )
-        found += ": quick, and of no use." if coarse_error > USELESS * span else "."
+        error = coarse["tip_error"]
+        found = f"the tip is off by up to {quantity(error)} m, of a motion that spans {quantity(span)} m"
+        found += ": quick, and of no use." if error > USELESS * span else "."
     caption = f"Horizontal base, implicit with the analytic Jacobian, {DURATION:g} s simulated."
     return Section(
         "Table 3: run time by step",
@@ -284,6 +295,8 @@ def shapes(horizontal: Rod, hanging: Rod, motion: Any, still: Any, equilibrium: 
     colours = theme.sample(theme.ROD_SCALE, np.linspace(0.0, 1.0, len(SNAPSHOTS)))
     curves = []
     for time, colour in zip(SNAPSHOTS, colours, strict=True):
+        if time > motion.t[-1]:
+            break
         q = motion.q[int(np.argmin(np.abs(motion.t - time)))]
         curves.append(Curve(f"{time:g} s", *centre_line(horizontal, q), colour, width=3.0))
     path = tip(horizontal, motion.q)

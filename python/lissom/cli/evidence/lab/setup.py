@@ -65,8 +65,12 @@ class Setup:
                 f"dt: expected {SHORTEST_STEP:g} s or more, and less than the long step of {COARSE_STEP:g} s "
                 f"with which it is compared, got {self.dt:g} s"
             )
-        if not math.isfinite(self.angle):
-            raise ValueError(f"angle: expected a finite number, got {self.angle:g}")
+        if not abs(self.angle) <= 2.0 * math.pi:
+            degrees = f"; {self.angle:g} degrees are {math.radians(self.angle):.4g} rad"
+            raise ValueError(
+                f"angle: expected radians from -2 pi to 2 pi, got {self.angle:g}"
+                + (degrees if math.isfinite(self.angle) else "")
+            )
         if not -1.0 < self.elongation < math.inf:
             raise ValueError(
                 "elongation: expected more than -1 m, where the spring has no length, got "
