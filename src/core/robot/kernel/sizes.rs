@@ -18,9 +18,12 @@ use crate::robot::turning::{Turning, columns, place};
 /// Fractions of a piece of a rod at which sections are evaluated. Modes of higher degree do not rotate its end.
 const SECTIONS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
-/// Relative motions below this part of the largest motion of the coordinate, and distances below this part of the length of the robot,
-/// are rounding.
+/// Relative motions below this part of the largest motion of the coordinate are rounding.
 const ROUNDING: f64 = 1e-9;
+
+/// Extents and distances below this part of the length of the robot do not say how far a coordinate moves: bodies that are almost points,
+/// and ends that almost meet.
+const SMALLEST_EXTENT: f64 = 1e-6;
 
 /// Quantity of which three rows are derivatives.
 #[derive(Clone, Copy, Debug)]
@@ -73,9 +76,7 @@ impl Motions {
             for (kind, rate) in rates() {
                 match kind {
                     Kind::Shift(own) if rate > 0.0 => extent = extent.max(own),
-                    Kind::Apart(distance) if rate > ROUNDING * shift && distance > ROUNDING * fallback => {
-                        extent = extent.max(distance);
-                    }
+                    Kind::Apart(distance) if rate > ROUNDING * shift => extent = extent.max(distance),
                     _ => {}
                 }
             }
@@ -83,7 +84,7 @@ impl Motions {
                 1.0 / turn
             } else if is_strain[k] || shift == 0.0 {
                 1.0
-            } else if extent > 0.0 {
+            } else if extent > SMALLEST_EXTENT * fallback {
                 extent / shift
             } else {
                 fallback / shift
