@@ -255,6 +255,9 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
+    /// A gap and its slope at a place.
+    type WithSlope<'a> = &'a dyn Fn(f64) -> (f64, f64);
+
     /// Overlaps of parabolas, steep and flat ones and of a sphere, are found to rounding, with few evaluations of the gap.
     #[test]
     fn zeros_of_gaps_are_found_within_a_few_evaluations() {
@@ -268,7 +271,7 @@ mod tests {
                 (length - 0.1 - 0.02 * depth, (x - middle) / length)
             };
             let half = (0.1 + 0.02 * depth).powi(2) - 0.01;
-            let of_both: [(&dyn Fn(f64) -> (f64, f64), f64); 2] =
+            let of_both: [(WithSlope<'_>, f64); 2] =
                 [(&parabola, (0.04 * depth).sqrt()), (&sphere, half.sqrt())];
             for (gap, half) in of_both {
                 evaluations.set(0);
@@ -292,7 +295,7 @@ mod tests {
     fn zeros_beside_corners_and_infinite_gaps_are_found() {
         let edge = |x: f64| if x < 0.4 { (0.3 - x, -1.0) } else { (0.02 * (x - 0.4) - 0.1, 0.02) };
         let hidden = |x: f64| if x < 0.25 { (f64::INFINITY, 0.0) } else { (0.1 - x * x, -2.0 * x) };
-        let found = |gap: &dyn Fn(f64) -> (f64, f64)| {
+        let found = |gap: WithSlope<'_>| {
             Gap { at: gap, bend: 2.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[]).as_slice()[0]
         };
         let [[from, _], [later, to]] = [found(&edge), found(&hidden)];
