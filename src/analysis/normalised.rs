@@ -7,8 +7,8 @@
 //! nonlinear analysis of beams and shells using solid finite elements"). Tangents are evaluated at *fixed*
 //! forces, which follow from the last linear solve, so that the step size no longer depends on stiffness.
 
+use crate::model::Static;
 use crate::model::springs::Springs;
-use crate::model::{Facts, Static};
 use crate::numerics::linalg::{Matrix, full_svd, norm};
 
 /// Steps below this size are within the rounding of coordinates and positions, in coordinates divided by
@@ -229,9 +229,16 @@ pub(crate) fn material(model: &mut dyn Static, q: &[f64], sizes: &[f64]) -> Matr
 
 /// Reference stiffnesses, all > 0: the elastic ones, and for coordinates without elasticity those of the tangent. A part without any
 /// stiffness, such as a body in free fall, gets the norm of `forces`, of which the tangent is the derivative. `parts` are numbers of
-/// coordinates of uncoupled parts ([`parts`](crate::model::Facts::parts)), which are treated separately; with constraints, which may
-/// couple them, stiffnesses that are rounding of that of another part count as none.
-pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], facts: &Facts) -> Vec<f64> {
+/// coordinates of uncoupled parts ([`parts`](crate::model::Facts::parts)), which are treated separately. `groups` has a number for each
+/// coordinate, the same for those of parts that constraints couple: stiffnesses that are rounding of that of another part of a group
+/// count as none. Empty if nothing couples parts.
+pub(crate) fn reference(
+    elastic: &Matrix,
+    tangent: &Matrix,
+    forces: &[f64],
+    parts: &[usize],
+    groups: &[usize],
+) -> Vec<f64> {
     /// Stiffnesses below this fraction of the largest one are rounding errors, such as of a free body on a floor; so
     /// are those below this fraction of the forces.
     const NEGLIGIBLE_STIFFNESS: f64 = 1e-13;
@@ -245,9 +252,11 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], fact
     };
     let mut references = Vec::with_capacity(n);
     let whole = [n];
-    let of_others = if facts.constraints() > 0 { (0..n).map(own).fold(0.0, f64::max) } else { 0.0 };
-    for &part in if facts.parts.is_empty() { &whole[..] } else { &facts.parts } {
+    for &part in if parts.is_empty() { &whole } else { parts } {
         let range = references.len()..references.len() + part;
+        let is_coupled = |i: &usize| groups[range.clone()].contains(&groups[*i]);
+        let others = (0..groups.len()).filter(is_coupled);
+        let of_others = others.map(own).fold(0.0, f64::max);
         let largest = range.clone().map(own).fold(0.0, f64::max);
         let force = norm(&forces[range.clone()]);
         let rounding = NEGLIGIBLE_STIFFNESS * largest.max(force).max(of_others);
@@ -264,6 +273,24 @@ pub(crate) fn reference(elastic: &Matrix, tangent: &Matrix, forces: &[f64], fact
         }));
     }
     references
+}
+
+/// A number for each coordinate, the same for those of uncoupled parts that constraints couple in this shape. Empty without constraints.
+pub(crate) fn groups(model: &mut dyn Static, q: &[f64]) -> Vec<usize> {
+    let (constraints, parts) = (model.facts().constraints(), model.facts().parts.clone());
+    if constraints == 0 || parts.is_empty() {
+        return Vec::new();
+    }
+    let mut rows = Matrix::zeros(constraints, q.len());
+    model.gap_jacobian(q, &mut rows);
+    let mut groups: Vec<usize> =
+        parts.iter().enumerate().flat_map(|(part, size)| std::iter::repeat_n(part, *size)).collect();
+    for row in rows.row_iter() {
+        let joined: Vec<usize> = (0..q.len()).filter(|&k| row[k] != 0.0).map(|k| groups[k]).collect();
+        let Some(&first) = joined.iter().min() else { continue };
+        groups.iter_mut().filter(|group| joined.contains(group)).for_each(|group| *group = first);
+    }
+    groups
 }
 
 /// Magnitudes of the generalised forces of weight and loads in any direction, times the sizes of coordinates, in joules.

@@ -26,8 +26,10 @@ impl SpringForces {
         ties: &Ties,
     ) -> Option<Self> {
         let material = normalised::material(model, q, sizes);
-        let (of_loads, facts) = (normalised::work_of_loads(model, q, sizes), model.facts().clone());
-        let reference = |stiffness: &Matrix| normalised::reference(&material, stiffness, &of_loads, &facts);
+        let (of_loads, uncoupled) = (normalised::work_of_loads(model, q, sizes), model.facts().parts.clone());
+        let groups = normalised::groups(model, q);
+        let reference =
+            |stiffness: &Matrix| normalised::reference(&material, stiffness, &of_loads, &uncoupled, &groups);
         let mut at_rest = AtRest { model, q, sizes, load_factor, multipliers, ties, tie_forces: &[] };
         let (normalised, forces) = at_rest.spring_forces(&material, reference)?;
         Some(Self { material, normalised, forces })

@@ -46,7 +46,7 @@ impl<'a> AsSprings<'a> {
         model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
         let [elastic, tangent] = [elastic, tangent].map(|matrix| normalised::scaled(matrix, &sizes));
         let work = normalised::work_of_loads(model, q, &sizes);
-        let material = normalised::reference(&elastic, &tangent, &work, model.facts());
+        let material = normalised::reference(&elastic, &tangent, &work, &model.facts().parts, &[]);
         let most = |k: usize| material[k].max(tangent[(k, k)].abs()).max(work[k]);
         let mut springs = Self {
             stiffness: vec![STIFFNESS_OF_CONSTRAINTS; m],

@@ -453,7 +453,7 @@ impl<'a> Equations<'a> {
         let reference = || {
             let forces: Vec<f64> =
                 load.iter().zip(&residual).map(|(l, r): (&f64, &f64)| l.abs().max(r.abs())).collect();
-            normalised::reference(material, &tangent, &forces, self.model.facts())
+            normalised::reference(material, &tangent, &forces, &self.model.facts().parts, &[])
         };
         if matches!(self.load_parameter, LoadParameter::Inputs(_)) && self.reference.is_none() {
             self.reference = Some(reference());
@@ -490,7 +490,8 @@ impl<'a> Equations<'a> {
         for _ in 0..iterations {
             let Some(springs) = normalised::linearised(self.model, &state.q, &self.sizes) else { return };
             let work = normalised::work_of_loads(self.model, &state.q, &self.sizes);
-            let reference = || normalised::reference(material, material, &work, self.model.facts());
+            let reference =
+                || normalised::reference(material, material, &work, &self.model.facts().parts, &[]);
             let Some(normalised) = Normalised::new(material, Some(&springs), reference) else {
                 return;
             };

@@ -142,6 +142,8 @@ def test_tangents_with_actuators_are_the_derivatives(drawn, description, seed):
         assert_allclose(tangent, differences, rtol=0, atol=atol)
 
 
+# Friction is smoothed over 0.1 m/s here, which is said.
+@pytest.mark.filterwarnings("ignore:Friction of the tendon:lissom.AccuracyWarning")
 @kinds
 def test_long_chains_move_alike_link_by_link_and_with_all_entries(drawn):
     """Newmark steps are solved link by link, those of Radau with the full matrix."""

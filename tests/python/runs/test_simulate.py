@@ -71,6 +71,7 @@ def test_the_documented_defaults_are_the_real_ones():
         "t0": 0.0,
         "q0": None,
         "v0": None,
+        "u": None,
         "method": "newmark",
         "dt": 1e-2,
         "jac": "analytic",
