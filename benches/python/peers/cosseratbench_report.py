@@ -1,5 +1,6 @@
 """The tables of docs/peers.md about `cosseratbench`."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -23,7 +24,7 @@ def outcome(row: Row | None) -> str:
         return "does not express it"
     at = row.get("diverged_at")
     reached = "" if at is None else f" at {at:.3g} s"
-    why = str(row["failure"]).split(":")[0].split(". ")[0].split(" at t = ")[0]
+    why = re.split(r": |\. | at t = | in the step from t = ", str(row["failure"]))[0]
     return f"**ended{reached}**: {why}"
 
 
