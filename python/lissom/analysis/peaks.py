@@ -198,10 +198,11 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
     if link.wrench is not None:
         wrench = link.wrench(states.q, states.v, states.a, X, states.clock, states.u)
     is_actuated = _is_actuated(model, link)
-    is_balanced = wrench is not None and not is_actuated
+    # With actuators along the rod the balance of forces is not that of the material alone.
+    of_material = None if is_actuated else wrench
     missing: Array | float = 0.0
-    if is_balanced and states.is_at_rest:
-        missing = fibres.missing_strains(link, wrench, states.q, X, states.clock, states.u, at)
+    if of_material is not None and states.is_at_rest:
+        missing = fibres.missing_strains(link, of_material, states.q, X, states.clock, states.u, at)
         of_modes = np.linalg.norm(strain[..., 1:3], axis=-1)
         strain, change = strain + missing, change + missing
     found = {
@@ -210,7 +211,7 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
         ("stretch", "1"): change[..., 3],
         ("shear", "1"): np.linalg.norm(change[..., 4:], axis=-1),
     }
-    if is_balanced and states.is_at_rest:
+    if of_material is not None and states.is_at_rest:
         most, most_of_modes = found["curvature", "1/m"].max(), of_modes.max()
         if abs(most - most_of_modes) > APART * most:
             found["curvature of the modes", "1/m"] = of_modes
@@ -218,8 +219,8 @@ def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
     if all(segment.section.shape != "given" for segment in link.segments):
         half = fibres.half_extents(link, X, at)
         rigid: Array | float = 0.0
-        if is_balanced:
-            rigid = fibres.strains_without_modes(link, wrench, X, at)
+        if of_material is not None:
+            rigid = fibres.strains_without_modes(link, of_material, X, at)
         fibre = fibres.axial_strain(link, change + rigid, half, at)
         stress = fibres.axial_stress(link, states.q, X, states.clock, states.u, half, at, missing + rigid)
         # What actuators press along a rod without modes of stretch is not known; rounding is none of it.

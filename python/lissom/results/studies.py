@@ -196,7 +196,9 @@ class StaticsStudy:
             "lowest_eigenvalue": found.lowest_eigenvalue if np.isfinite(found.lowest_eigenvalue) else None,
             "space_error": None if found.space_error is None else found.space_error.relative,
             "coordinates": self.scene.model.n,
-            "inputs": dict(zip(self.scene.model.inputs, found.u.tolist(), strict=True)),
+            "inputs": None
+            if found.u is None
+            else dict(zip(self.scene.model.inputs, found.u.tolist(), strict=True)),
             "q": found.q.tolist(),
             "critical_points": [
                 {"kind": point.kind, "load_factor": point.load_factor}
