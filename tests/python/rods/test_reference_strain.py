@@ -205,7 +205,9 @@ def test_profiles_in_and_out():
 @settings(deadline=None, max_examples=50)
 def test_tables_are_interpolated_as_scipy_does(widths, data):
     stations = np.concatenate([[0], np.cumsum(widths)])
-    values = data.draw(st.lists(st.floats(-10, 10), min_size=len(stations), max_size=len(stations)))
+    # The reciprocals that SciPy forms of subnormal differences overflow.
+    numbers = st.floats(-10, 10, allow_subnormal=False)
+    values = data.draw(st.lists(numbers, min_size=len(stations), max_size=len(stations)))
     profile = lissom.Profile(stations[-1], stations=stations, values=values)
     X = np.linspace(0, stations[-1], 57)
     expected = PchipInterpolator(stations, values)(X) if len(stations) > 2 else np.interp(X, stations, values)
