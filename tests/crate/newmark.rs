@@ -575,7 +575,8 @@ fn every_step_is_solved_to_the_tolerance() {
                 last_a = [a[0], a[1]];
                 errors.push((0.5 * (ratios[0].powi(2) + ratios[1].powi(2))).sqrt());
             };
-            let options = Options { rtol: rtol.into(), derivative, ..with_scheme(scheme, dt) };
+            let options =
+                Options { rtol: rtol.into(), atol: Some(1e-9.into()), derivative, ..with_scheme(scheme, dt) };
             let mut pendulum = SpringPendulum::new(1.0, 1.0, 10.0, 9.81).unwrap();
             let found = solve(
                 &mut pendulum,
