@@ -380,7 +380,7 @@ BIG = lissom.Segment(1.0, 1e-2, 1e6, 4e5, 1000, dict.fromkeys(["bend_y", "bend_z
 BIG_ROD = lissom.Rod([BIG])
 MANY = (
     "version = 1\n[[rod]]\n"
-    + 150
+    + 1300
     * (
         "[[rod.segment]]\nlength = 0.4\nradius = 1e-3\n"
         "young_modulus = 2e11\nshear_modulus = 8e10\ndensity = 7800.0\n"
@@ -401,6 +401,10 @@ MANY = (
     ids=["Rod", "pose", "step", "Scene"],
 )
 def test_other_threads_run_meanwhile(work):
+    """In the best of ten runs: a busy machine may take this thread's processor away for one of them."""
     work()
-    total, pause = longest_pause(work)
-    assert pause < 0.5 * total
+    shares = []
+    for _ in range(10):
+        total, pause = longest_pause(work)
+        shares.append(pause / total)
+    assert min(shares) < 0.5
