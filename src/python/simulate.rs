@@ -104,8 +104,8 @@ const EVERY_STEP: &str = "steps";
 ///     Whether the Newmark family reuses factorised Jacobians while they converge; otherwise every Newton iteration evaluates
 ///     one.
 /// max_seconds : float, optional
-///     Limit of the wall-clock time of the run, seconds; by default none. It is looked at after every step: one that is being solved
-///     is completed first. The result then has the status 'time_limit' and what was computed until then.
+///     Limit of the wall-clock time of the run, seconds; by default none. It is also looked at within steps that take long, which
+///     are given up. The result then has the status 'time_limit' and what was computed until then.
 ///
 /// Returns
 /// -------

@@ -6,8 +6,7 @@ use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::simulation::simulate::Simulation;
 use crate::simulation::stepping::Status;
 
-/// Stops a run when its time is up, through its monitor. A step that is being solved is completed first, so that the run
-/// may take longer by one step.
+/// Stops a run when its time is up, through its monitor, also within a step that takes many evaluations.
 ///
 /// ```
 /// use lissom::newmark;

@@ -368,7 +368,7 @@ fn durations_are_divided_into_equal_steps() {
         let end = run.end_of(duration).unwrap();
         run.begin_interval(end);
         let mut times = Vec::new();
-        while run.step().unwrap().is_none() {
+        while run.step(&mut |_| Ok(())).unwrap().is_none() {
             times.push(run.t());
         }
         times.push(run.t());

@@ -16,6 +16,7 @@ mod problem;
 mod solution;
 mod status;
 mod system;
+mod watched;
 
 pub use solution::Solution;
 pub use status::{Counters, Failure, Status};
@@ -26,3 +27,4 @@ pub(crate) use problem::{check_problem, check_start};
 pub(crate) use solution::{Steps, check_points, check_times, collect, points_in_memory, steps};
 pub(crate) use status::Solved;
 pub(crate) use system::{constrained_start, model_at, model_of, set_motion};
+pub(crate) use watched::Watched;

@@ -16,7 +16,10 @@ pub(crate) trait Stepped: Send + Sync {
     fn begin_interval(&mut self, t_end: f64);
     fn set_inputs(&mut self, inputs: &[f64]);
     fn begin(&mut self) -> Result<Option<Status>, Interrupted>;
-    fn watched_step(&mut self) -> Result<Option<Status>, Interrupted>;
+    fn watched_step(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted>;
     fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
@@ -50,8 +53,11 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
         self.begin()
     }
-    fn watched_step(&mut self) -> Result<Option<Status>, Interrupted> {
-        self.watched_step()
+    fn watched_step(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
+        self.watched_step(monitor)
     }
     fn finish(
         &mut self,

@@ -109,24 +109,20 @@ impl Memory {
         let mut raised = Raised::default();
         let mut limit = self.limit.again();
         let run = &mut *self.run;
-        for _ in 0..STEPS_WITH_INTERPRETER / run.state()[0].len().max(1) {
-            match run.watched_step() {
-                Ok(None) if limit.check(run.t()).is_err() => return Ok(Status::TimeLimit),
-                Ok(None) => {}
-                Ok(Some(status)) => return Ok(status),
-                Err(_) => {
-                    raised.into_result()?;
-                    return Ok(run.interrupted());
-                }
-            }
-        }
-        let finished = py.detach(|| {
+        let finished = {
             let mut signals = signals(&mut raised);
-            run.finish(&mut |t| {
+            let mut monitor = |t| {
                 limit.check(t)?;
                 signals(t)
-            })
-        });
+            };
+            let with_interpreter = STEPS_WITH_INTERPRETER / run.state()[0].len().max(1);
+            let mut step = || match run.watched_step(&mut monitor)? {
+                None => monitor(run.t()).map(|()| None),
+                status => Ok(status),
+            };
+            let first = (0..with_interpreter).find_map(|_| step().transpose());
+            first.unwrap_or_else(|| py.detach(|| run.finish(&mut monitor)))
+        };
         raised.into_result()?;
         if limit.is_reached() {
             return Ok(Status::TimeLimit);

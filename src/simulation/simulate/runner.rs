@@ -140,7 +140,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
     ) -> Result<Status, Interrupted> {
         loop {
             let before = self.run.steps();
-            let status = self.run.step()?;
+            let status = self.run.step(monitor)?;
             if let (Some(flow), Some(meter)) = (self.run.take_flow(), &mut self.meter) {
                 self.run.observe(|_, state| meter.jump(state, flow));
             }

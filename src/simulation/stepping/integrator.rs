@@ -12,7 +12,7 @@ use crate::integrators::ode;
 use crate::integrators::ode::FirstOrder;
 use crate::integrators::radau;
 use crate::integrators::second_order;
-use crate::integrators::second_order::{Counters, Failure, constrained_start};
+use crate::integrators::second_order::{Counters, Failure, Watched, constrained_start};
 use crate::model::constraint::projection;
 use crate::model::{ForwardScratch, Model};
 use crate::numerics::roots::Derivative;
@@ -88,17 +88,23 @@ impl<M: Model> Integrator<M> {
     }
 
     /// Makes one accepted step; `Some(status)` if the interval has ended. `lengths` says whether lengths of inextensible tendons jump over a
-    /// step of fixed size.
-    pub(super) fn step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
+    /// step of fixed size. `monitor` is called with the time of its start if it takes many evaluations, and may interrupt it.
+    pub(super) fn step(
+        &mut self,
+        lengths: Lengths,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
+        let t = self.t();
+        let watch = &mut || monitor(t);
         match self {
             Self::Newmark { model, stepper, before } => {
                 if model.facts().is_one_sided {
                     *before = Some(stepper.clone());
                     stepper.expect(lengths);
                 }
-                of_second_order(stepper.step(model))
+                of_second_order(stepper.step(&mut Watched::new(model, watch)))
             }
-            Self::Radau { model, stepper } => of_second_order(stepper.step(model)),
+            Self::Radau { model, stepper } => of_second_order(stepper.step(&mut Watched::new(model, watch))),
             Self::FirstOrder { system, stepper, .. } => {
                 stepper.step(&mut **system).map(|status| status.map(Status::FirstOrder))
             }

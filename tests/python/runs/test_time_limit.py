@@ -42,6 +42,36 @@ def test_a_run_ends_when_its_time_is_up_and_keeps_its_states(method):
     assert (whole.q[:common] == result.q[:common]).all()
 
 
+def falling():
+    """A rope whose weight nothing holds: a step without inertia finds no equilibrium, and is made in thousands of parts."""
+    rubber = lissom.Segment(0.3, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 4})
+    peg = lissom.Contact("rope", lissom.Capsule((0.15, -1, 0), (0.15, 1, 0), 0.03), stiffness=1e7, friction=0.2)
+    rope = lissom.Link("rope", rod=[rubber] * 4, joint=lissom.Free(), position=(-0.55, 0, 0.06))
+    return lissom.Robot([rope], contacts=[peg])
+
+
+ONE_STEP = {"dt": 1.0, "method": "quasi_static"}
+
+
+def test_a_step_that_takes_long_is_given_up():
+    with pytest.warns(lissom.AccuracyWarning, match="no equilibrium is near"):
+        whole = lissom.simulate(falling(), 1.0, **ONE_STEP)
+    assert whole.stats.newton_iterations > 1000
+    limit = 0.1 * whole.stats.wall_time
+    part = lissom.simulate(falling(), 1.0, **ONE_STEP, max_seconds=limit)
+    assert part.status == "time_limit"
+    assert part.t.tolist() == [0.0]
+    assert part.stats.newton_iterations < 0.5 * whole.stats.newton_iterations
+    # So does whoever looks at the progress.
+    asked = []
+    part = lissom.simulate(falling(), 1.0, **ONE_STEP, progress=lambda t: asked.append(t) or True)
+    assert (part.status, asked) == ("interrupted", [0.0])
+    # A simulation that is advanced step by step is where it was.
+    simulation = lissom.Simulation(falling(), **ONE_STEP, max_seconds=limit)
+    assert (simulation.step(), simulation.t) == ("time_limit", 0.0)
+    assert not np.any(simulation.q)
+
+
 def test_auto_ends_as_well():
     result = lissom.simulate(
         PENDULUM, LONG, method="auto", t_eval=[0.0, LONG / 2, LONG], max_seconds=0.2, **START

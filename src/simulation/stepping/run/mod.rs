@@ -273,9 +273,14 @@ impl<M: Model> Run<M> {
     /// A step to an invalid shape is made, and ends the interval. Where inextensible tendons become taut or slack, the
     /// change is made instead of a step; so are jumps of velocities where prescribed velocities jump.
     ///
+    /// `monitor` is called with the time of its start within a step that takes many evaluations, and may interrupt it.
+    ///
     /// # Panics
     /// If the interval had already ended.
-    pub fn step(&mut self) -> Result<Option<Status>, Interrupted> {
+    pub fn step(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
         }
@@ -289,9 +294,9 @@ impl<M: Model> Run<M> {
         }
         let steps = self.prescribed_watch.is_some().then(|| self.steps());
         let status = match &self.changes {
-            None => self.single_step(Lengths::Smooth)?,
-            Some(changes) if changes.jumps => self.step_over_jump()?,
-            Some(_) => self.step_to_change()?,
+            None => self.single_step(Lengths::Smooth, monitor)?,
+            Some(changes) if changes.jumps => self.step_over_jump(monitor)?,
+            Some(_) => self.step_to_change(monitor)?,
         };
         if steps.is_some_and(|steps| self.steps() > steps) {
             self.follow_prescribed(PrescribedWatch::step)?;
@@ -355,12 +360,15 @@ impl<M: Model> Run<M> {
     }
 
     /// Like [`Self::step`], with an examination of the energy.
-    pub fn watched_step(&mut self) -> Result<Option<Status>, Interrupted> {
+    pub fn watched_step(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
         if let Some(status) = self.begin()? {
             return Ok(Some(status));
         }
         if self.energy.is_none() {
-            return self.step();
+            return self.step(monitor);
         }
         if self.steps() == 0 && self.supply.is_none() {
             self.supply = self
@@ -368,7 +376,7 @@ impl<M: Model> Run<M> {
                 .map(Box::new);
         }
         let steps = self.steps();
-        let status = self.step()?;
+        let status = self.step(monitor)?;
         let (flow, has_stepped) = (self.take_flow(), self.steps() > steps);
         let mut supplied = 0.0;
         if let Some(mut meter) = self.supply.take() {
@@ -412,10 +420,14 @@ impl<M: Model> Run<M> {
         Ok(None)
     }
 
-    fn single_step(&mut self, lengths: Lengths) -> Result<Option<Status>, Interrupted> {
+    fn single_step(
+        &mut self,
+        lengths: Lengths,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
         let steps = self.integrator.steps();
         self.impact_resolver.begin_step();
-        let status = self.integrator.step(lengths)?;
+        let status = self.integrator.step(lengths, monitor)?;
         if self.integrator.steps() > steps {
             if self.resolves_impacts {
                 self.integrator.resolve_impact(&mut self.impact_resolver)?;
@@ -475,13 +487,13 @@ impl<M: Model> Run<M> {
     }
 
     /// Makes steps to the end of this interval, [shortens rotation vectors](Self::shorten_rotation_vectors), and returns the status. `monitor` is
-    /// called with the time after every step and may interrupt the interval.
+    /// called with the time after every step, and within steps of many evaluations with that of their start; it may interrupt the interval.
     pub fn finish(
         &mut self,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
         loop {
-            if let Some(status) = self.watched_step()? {
+            if let Some(status) = self.watched_step(monitor)? {
                 self.shorten_rotation_vectors();
                 return Ok(status);
             }

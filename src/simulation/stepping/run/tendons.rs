@@ -22,7 +22,10 @@ const JUMP_RATIO: f64 = 0.25;
 
 impl<M: Model> Run<M> {
     /// Makes a step that ends at the latest where the active set of one-sided constraints changes.
-    pub(super) fn step_to_change(&mut self) -> Result<Option<Status>, Interrupted> {
+    pub(super) fn step_to_change(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
         let Some(changes) = &mut self.changes else { unreachable!("there are none") };
         if let Some(without) = changes.due.take() {
             return self.change(without);
@@ -31,7 +34,7 @@ impl<M: Model> Run<M> {
         let (t_end, mut planned, mut corrections) = (changes.t_span.1, None, 0);
         loop {
             let steps = self.integrator.steps();
-            let status = self.single_step(Lengths::Smooth)?;
+            let status = self.single_step(Lengths::Smooth, monitor)?;
             let Self { integrator, changes: Some(changes), stop: None, .. } = self else { return Ok(status) };
             if integrator.steps() == steps {
                 return Ok(status);
@@ -57,7 +60,7 @@ impl<M: Model> Run<M> {
                 Verdict::Done | Verdict::Change(_) if has_pushed(integrator, changes) => {
                     integrator.undo_step();
                     changes.jumps = true;
-                    return self.step_over_jump();
+                    return self.step_over_jump(monitor);
                 }
                 Verdict::Done => {}
                 Verdict::Change(without) => changes.due = Some(without),
@@ -123,9 +126,12 @@ impl<M: Model> Run<M> {
 
     /// Makes a step of fixed size over which lengths jump, with the active set that fits best; without memory if a slack tendon becomes
     /// taut. Forces are impulses there, whose work is known from the gain of energy only.
-    pub(super) fn step_over_jump(&mut self) -> Result<Option<Status>, Interrupted> {
+    pub(super) fn step_over_jump(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
         let steps = self.steps();
-        let status = self.follow_jump()?;
+        let status = self.follow_jump(monitor)?;
         if self.steps() > steps {
             self.balance_jump()?;
         }
@@ -164,7 +170,10 @@ impl<M: Model> Run<M> {
         })
     }
 
-    fn follow_jump(&mut self) -> Result<Option<Status>, Interrupted> {
+    fn follow_jump(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
         let start = self.integrator.observe(|model, State { q, v, .. }| {
             let tendons = model.passed(q, v).len();
             taut_tendons(model, tendons)
@@ -172,7 +181,7 @@ impl<M: Model> Run<M> {
         let (mut search, mut lengths) = (Search::new(&start), Lengths::Jump);
         let status = loop {
             let active = search.active().to_vec();
-            let (status, end) = self.step_with(&start, &active, lengths)?;
+            let (status, end) = self.step_with(&start, &active, lengths, monitor)?;
             let end = end.as_ref().map(|[pulls, excesses]| [&pulls[..], &excesses[..]]);
             if search.fits(end) {
                 break status;
@@ -203,7 +212,7 @@ impl<M: Model> Run<M> {
                 break status;
             }
             self.integrator.undo_step();
-            break self.step_with(&start, &best, lengths)?.0;
+            break self.step_with(&start, &best, lengths, monitor)?.0;
         };
         if let Some(changes) = &mut self.changes {
             (changes.jumps, changes.has_jumped, changes.due) = (false, true, Some(None));
@@ -219,10 +228,11 @@ impl<M: Model> Run<M> {
         start: &[bool],
         active: &[bool],
         lengths: Lengths,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Option<Status>, Option<[Vec<f64>; 2]>), Interrupted> {
         set_taut_tendons(self.integrator.model(), active);
         let steps = self.steps();
-        let Ok(status) = self.single_step(lengths) else {
+        let Ok(status) = self.single_step(lengths, monitor) else {
             set_taut_tendons(self.integrator.model(), start);
             return Err(Interrupted);
         };
