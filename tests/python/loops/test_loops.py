@@ -830,3 +830,34 @@ def test_rods_that_share_nothing_move_as_each_alone(method):
             for run, robot in ((together, row), (alone, rod))
         )
         assert_allclose(held, held_alone, rtol=1e-3, atol=1e-3)
+
+
+def test_what_is_at_rest_does_not_keep_a_collision_from_converging():
+    """Gaps of clamps are multiples of floating-point spacings: iterations that closed them to zero opened them on the other side, and took
+    four times the Jacobians, twenty in steps of 5e-6 s."""
+    rubber = lissom.Segment(
+        0.2, 0.01, 1e6, poisson_ratio=0.5, density=1000, modes={"bend_y": 4, "bend_z": 4, "torsion": 4}
+    )
+    clamped = lissom.Link("clamped", rod=[rubber] * 6)
+    clamp = lissom.Loop("clamped", (None, None, (1.1, 0, 0)), lissom.Weld())
+    bar = lissom.Segment(0.1, 0.005, 1e8, poisson_ratio=0.5, density=1000, modes={"bend_y": 3, "bend_z": 3})
+    whip = lissom.Link("whip", rod=[bar] * 4, joint=lissom.Revolute((0, 1, 0)), position=(0, 5, 0.2))
+    floor = lissom.Contact("whip", lissom.HalfSpace((0, 0, 0), (0, 0, 1)), stiffness=3e8)
+    alone = lissom.Robot([whip], contacts=[floor])
+    both = lissom.Robot([whip, clamped], loops=[clamp], contacts=[floor])
+    resting = lissom.statics(both, space_error=False)
+    assert resting.success
+    start = resting.q.copy()
+    of_whip = both.slice("whip")
+    start[of_whip] = 0.0
+    start[of_whip.start] = 0.3
+    speed = np.zeros(both.n)
+    speed[of_whip.start] = 20.0
+    steps = {"dt": 2.5e-5, "method": "generalised_alpha"}
+    collision = lissom.simulate(alone, 0.02, q0=start[of_whip], v0=speed[of_whip], **steps)
+    beside = lissom.simulate(both, 0.02, q0=start, v0=speed, **steps)
+    assert collision.success
+    assert beside.success
+    assert collision.deepest.share > 0.01
+    assert beside.stats.njev <= collision.stats.njev
+    assert_allclose(beside.q[-1, of_whip], collision.q[-1], rtol=1e-6, atol=1e-9)

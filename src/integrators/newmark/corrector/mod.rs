@@ -56,12 +56,15 @@ const ONE_CHANGES: f64 = 0.01;
 /// accelerations may be zero.
 const FAR: f64 = 0.1;
 
+/// Gaps below this part of their sizes are rounding, which adds up along the chain of sections that they join: a rod of ten segments has
+/// eight spacings.
+const ROUNDING_OF_GAPS: f64 = 64.0 * f64::EPSILON;
+
 /// Constraint rows that were dependent where the Jacobian was evaluated may be independent at the trial: clamps at both ends of a
-/// straight rod resist twist as soon as it bends. Their gaps are then larger than this part of their sizes, which is rounding, and
+/// straight rod resist twist as soon as it bends. Their gaps are then larger than [`ROUNDING_OF_GAPS`], and
 /// than the gaps that an increment leaves in dependent rows: its size times the distance from the Jacobian's state, times second
 /// derivatives of gaps in units of sizes, of order one, summed over coordinates. Rods between clamps under an impact have the same
 /// motion with 0.1 to 64; with 1000, opening gaps are missed.
-const OPEN: f64 = 64.0 * f64::EPSILON;
 const CURVATURE: f64 = 16.0;
 
 /// Gaps of rows that remain dependent at the trial cannot be closed; they are ignored unless they grow by this factor. Rounding changes
@@ -547,7 +550,7 @@ impl<V: Numbers> Corrector<V> {
         counters.nfev += 1;
         counters.newton_iterations += 1;
         system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
-        per_acceleration(trial, &mut self.residual);
+        per_acceleration(trial, &self.gap_sizes, &mut self.residual);
         Ok(())
     }
 
@@ -580,7 +583,7 @@ impl<V: Numbers> Corrector<V> {
             return false;
         }
         let left = self.left_open(trial);
-        left > OPEN.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
+        left > ROUNDING_OF_GAPS.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
     }
 
     /// The largest remaining gap after the increment at `trial`, in rows that the Jacobian leaves out.
@@ -680,7 +683,7 @@ impl<V: Numbers> Corrector<V> {
         trial.subtract(&self.increment);
         counters.nfev += 1;
         system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
-        per_acceleration(trial, &mut self.residual);
+        per_acceleration(trial, &self.gap_sizes, &mut self.residual);
         self.compute_increment();
         self.moved = moved;
         trial.set(&self.place);
@@ -770,10 +773,12 @@ fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
 }
 
 /// Scales constraints on displacements to constraints on accelerations, so that the size of the equations does not depend on the step
-/// size (Bottasso, Dopico and Trainelli 2008).
-fn per_acceleration<V: Numbers>(trial: &Trial<V>, residual: &mut [f64]) {
+/// size (Bottasso, Dopico and Trainelli 2008). What may be rounding of a gap is left out: an increment that closes one spacing opens another
+/// on the other side, over and over.
+fn per_acceleration<V: Numbers>(trial: &Trial<V>, gap_sizes: &[f64], residual: &mut [f64]) {
     let [of_displacement, ..] = trial.weights;
-    for gap in &mut residual[trial.q.len()..] {
-        *gap /= of_displacement;
+    for (gap, size) in residual[trial.q.len()..].iter_mut().zip(gap_sizes) {
+        let rounding = (ROUNDING_OF_GAPS * size).min(gap.abs());
+        *gap = (*gap - rounding.copysign(*gap)) / of_displacement;
     }
 }
