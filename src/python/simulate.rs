@@ -16,7 +16,7 @@ use super::ode::options::tolerance;
 use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
-use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
+use crate::description::schema::{Data, Kind, Reader, Value, did_you_mean};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::python::words::required;
@@ -694,8 +694,8 @@ const OTHERS: [&str; 5] = ["rk45", "dop853", "radau", "quasi_static", "auto"];
 fn name_all_methods(mut error: InvalidInput, name: &str) -> InvalidInput {
     for problem in &mut error.problems {
         if problem.place == "method" {
-            let meant = suggestion(name, METHODS.into_iter().chain(OTHERS));
-            let meant = meant.map(|meant| format!("; did you mean {meant:?}?")).unwrap_or_default();
+            let meant = did_you_mean(name, METHODS.into_iter().chain(OTHERS), "\"");
+            let meant = meant.map(|meant| format!("; {meant}")).unwrap_or_default();
             problem.expected.extend(OTHERS.map(|other| format!(", {other:?}")));
             problem.expected.push_str(&meant);
         }

@@ -629,6 +629,13 @@ def _view(
     return view
 
 
+#: What is required beside a result, where it is missing.
+REQUIRED = {
+    "model": "results of statics, paths and modes keep no model, give that of the search",
+    "q": "the shape about which the modes are, such as `statics(model).q`",
+}
+
+
 def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
     """Attach a copy of a function to a class as a method."""
     import types
@@ -638,7 +645,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     own.__annotations__ = function.__annotations__
     own.__doc__ = text or function.__doc__
     own.__qualname__ = f"{owner.__name__}.{name}"
-    setattr(owner, name, suggesting(own))
+    setattr(owner, name, suggesting(own, REQUIRED))
 
 
 #: File formats of a motion or a shape as meshes.

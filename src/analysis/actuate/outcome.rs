@@ -1,7 +1,7 @@
 //! The result of a search for inputs.
 
 use super::equilibria::NoEquilibrium;
-use crate::analysis::reach::Error;
+use crate::analysis::reach::{Error, off_by, question_of_units};
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
 use crate::model::InvalidShape;
@@ -158,11 +158,12 @@ pub(super) fn message(
                             Start from other inputs `u`."
             .to_owned(),
     };
-    let left = errors.map(|(link, error)| {
-        let Error { position, orientation } = error;
-        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
-    });
-    let left = left.collect::<Vec<_>>().join(", ");
+    let (mut largest, mut left) = (0.0_f64, Vec::new());
+    for (link, error) in errors {
+        largest = largest.max(error.position);
+        left.push(off_by(robot, link, error));
+    }
+    let (left, units) = (left.join(", "), question_of_units(robot, largest));
     let slack = match slack {
         [] => String::new(),
         names => {
@@ -173,7 +174,7 @@ pub(super) fn message(
             )
         }
     };
-    format!("{said} Remaining error: {left}.{slack}{stable}")
+    format!("{said} Remaining error: {left}.{units}{slack}{stable}")
 }
 
 /// "'a' is", "'a' and 'b' are".

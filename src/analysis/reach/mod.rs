@@ -28,6 +28,7 @@ mod target;
 
 pub use misfit::Error;
 pub use outcome::{Reached, Status};
+pub(crate) use outcome::{off_by, question_of_units};
 pub use preference::Preference;
 pub use target::Target;
 

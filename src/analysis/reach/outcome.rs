@@ -138,11 +138,28 @@ pub(super) fn message(
             format!("The search ended at a shape in which a rod {invalid_shape}.{nodes} Start elsewhere.")
         }
     };
-    let left = errors.map(|(link, error)| {
-        let Error { position, orientation } = error;
-        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
-    });
-    format!("{said} Remaining error: {}.", left.collect::<Vec<_>>().join(", "))
+    let (mut largest, mut listed) = (0.0_f64, Vec::new());
+    for (link, error) in errors {
+        largest = largest.max(error.position);
+        listed.push(off_by(robot, link, error));
+    }
+    format!("{said} Remaining error: {}.{}", listed.join(", "), question_of_units(robot, largest))
+}
+
+/// "'arm' is off by ...".
+pub(crate) fn off_by(robot: &Robot, link: usize, Error { position, orientation }: Error) -> String {
+    format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
+}
+
+/// The question about targets that are missed by much more than the size of the robot; empty otherwise.
+pub(crate) fn question_of_units(robot: &Robot, error: f64) -> String {
+    /// Errors over the length of the robot. Targets in millimetres or centimetres are off by more.
+    const FAR: f64 = 10.0;
+    let length = robot.length();
+    match error > FAR * length {
+        true => format!(" The robot is {length:.3} m long: are the targets in metres?"),
+        false => String::new(),
+    }
 }
 
 /// "a is", "a, b and 7 others are".

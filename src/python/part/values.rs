@@ -7,8 +7,11 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
+use super::meant::{misplaced, part_of_numbers};
 use super::object::{PyPart, wrapped};
-use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value, keyword, suggestion};
+use crate::description::schema::{
+    AnyPart, Data as _, Field, Kind, Schema, Value, suggestion, unexpected, within,
+};
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
@@ -38,23 +41,28 @@ pub(super) fn arguments(
     for (given, object) in given.iter_mut().zip(args.iter()) {
         *given = Some(object);
     }
+    let mut others: Vec<String> = Vec::new();
     for (key, object) in kwargs.into_iter().flatten() {
         let key = key.cast::<PyString>()?.to_str()?;
-        let Some(i) = schema.index(key) else {
-            let known = schema.names().collect::<Vec<_>>().join(", ");
-            let meant = keyword(key, schema.names()).map_or_else(String::new, |meant| format!("; {meant}"));
-            return Err(refuse(format!(
-                "got an unexpected keyword argument '{key}', expected {known}{meant}"
-            )));
-        };
-        if given[i].replace(object).is_some() {
-            return Err(refuse(format!("got multiple values for argument '{key}'")));
+        match schema.index(key) {
+            Some(i) if given[i].replace(object).is_some() => {
+                return Err(refuse(format!("got multiple values for argument '{key}'")));
+            }
+            Some(_) => {}
+            None => others.push(key.to_owned()),
         }
     }
+    if !others.is_empty() {
+        let others: Vec<_> = others.iter().map(String::as_str).collect();
+        return Err(refuse(unexpected(&others, &schema.names().collect::<Vec<_>>(), |word| {
+            within(schema, word)
+        })));
+    }
+    let refused = |error: PyErr| misplaced(schema, args).unwrap_or(error);
     let fields = schema.fields.iter().zip(&given);
     let of_field =
         |(field, object): (&Field, &Option<_>)| (field.name, object.is_none() && field.is_required());
-    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>())?;
+    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>()).map_err(refused)?;
     let length = || length_of(schema, &given);
     let mut values = vec![None; given.len()];
     for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
@@ -63,10 +71,11 @@ pub(super) fn arguments(
         {
             continue;
         }
-        *value = Some(match field.kind.along_segment() {
-            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length)?,
-            _ => value_of(object, field.name, &field.kind, functions)?,
-        });
+        let read = match field.kind.along_segment() {
+            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length),
+            _ => value_of(object, field.name, &field.kind, functions),
+        };
+        *value = Some(read.map_err(refused)?);
     }
     // A table or a profile determines the length of the part.
     if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
@@ -104,6 +113,12 @@ pub(super) fn value_of(
         Kind::Flag => convert::flag(object, name).map(Value::Flag),
         Kind::Text | Kind::Word(..) | Kind::Reference(_) => text_of(object, name),
         Kind::Array(Kind::Array(..), _) => {
+            if let Ok(moment) = convert::number(object, name) {
+                let expected = format!("three equal ones are ({moment}, {moment}, {moment})");
+                return Err(PyTypeError::new_err(format!(
+                    "{name}: expected shape (3,) or (3, 3), got one number; {expected}"
+                )));
+            }
             let rows = convert::symmetric_of::<3>(object, name)?;
             Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
         }
@@ -114,7 +129,15 @@ pub(super) fn value_of(
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
         Kind::List(inner @ (Kind::Part(_) | Kind::OneOf(..))) => {
             let items = items_of(object, name, &format!("a sequence of lissom.{}", classes_of(inner)))?;
-            list_of(&items, name, inner, functions)
+            list_of(&items, name, inner, functions).map_err(|error| {
+                // Numbers without the part and the list around them.
+                part_of_numbers(object, kinds_of(inner)).map_or(error, |meant| {
+                    let classes = classes_of(inner);
+                    PyTypeError::new_err(format!(
+                        "{name}: expected a sequence of lissom.{classes}, got numbers{meant}"
+                    ))
+                })
+            })
         }
         Kind::List(rows) => rows_of(object, name, rows),
         Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
@@ -240,13 +263,17 @@ fn list_of(
     items.iter().enumerate().map(item).collect::<PyResult<_>>().map(Value::List)
 }
 
+/// The kinds of which a value is one.
+fn kinds_of(kind: &Kind) -> &[Kind] {
+    if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) }
+}
+
 /// Names of the classes of a kind.
 fn classes_of(kind: &Kind) -> String {
     if let Kind::Optional(inner) = kind {
         return format!("{} or None", classes_of(inner));
     }
-    let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
-    let mut classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(Schema::class).collect();
+    let mut classes: Vec<_> = kinds_of(kind).iter().filter_map(Kind::schema).map(Schema::class).collect();
     classes.dedup();
     match classes.split_last() {
         Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
@@ -336,8 +363,8 @@ fn one_of(
     };
     let classes = classes_of(whole);
     let found = convert::describe(object);
-    let meant = class_meant(object, kinds)
-        .map_or_else(String::new, |class| format!("; did you mean lissom.{class}(...)?"));
+    let meant = class_meant(object, kinds).map(|class| format!("; did you mean lissom.{class}(...)?"));
+    let meant = meant.or_else(|| part_of_numbers(object, kinds)).unwrap_or_default();
     Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}{meant}")))
 }
 

@@ -76,6 +76,8 @@ fn on_contact_point(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> Str
 fn soft(robot: &Robot, overlap: Overlap) -> String {
     let contact = &robot.contacts[overlap.contact];
     let stiffness = stiffnesses(robot)[overlap.contact];
+    // Where surfaces have passed deep into each other, or a run ended on the way there, the overlap says too little of the force.
+    let needed = Some(needed_stiffness(robot, contact)).filter(|needed| needed.is_finite()).unwrap_or(0.0);
     format!(
         " The contact \"{}\" is soft for its load, its surfaces overlap by up to {:.1e} m, {} of {}: raise `stiffness` from {} to {} {}.",
         contact.name,
@@ -83,7 +85,7 @@ fn soft(robot: &Robot, overlap: Overlap) -> String {
         percent(overlap.share),
         thickness(contact),
         rounded(stiffness),
-        rounded(fitting(contact, stiffness, overlap)),
+        rounded(fitting(contact, stiffness, overlap).max(needed)),
         if contact.is_spread() { "N/m^2" } else { "N/m" },
     )
 }
