@@ -28,7 +28,9 @@ Array = NDArray[np.float64]
 OPTIONS = (*OF_STATICS, "stability", "space_error")
 
 
-_POSES = "`model.pose(found.q)` has the poses of the tips: their positions are `model.pose(found.q)[:, :3, 3]`"
+_POSES = (
+    "`model.pose(found.q)` has the poses of the tips: their positions are `model.pose(found.q)[:, :3, 3]`"
+)
 _OF_ROWS = "`found[i]` is the `StaticsResult` of row i, which has it"
 
 #: What to use in place of attributes that results of many rows do not have.
@@ -290,13 +292,16 @@ def _input_rows(inputs: Array, names: Sequence[str]) -> Array:
     if inputs.ndim == 2 and inputs.shape[1] == len(names) and len(inputs):
         return inputs
     if not names:
-        raise ValueError("u: the model has no inputs: leave `u` out, or give loads or actuators a lissom.Input")
+        raise ValueError(
+            "u: the model has no inputs: leave `u` out, or give loads or actuators a lissom.Input"
+        )
     width = len(names)
-    listed = f"the {width} inputs {list(names)}" if width > 1 else f"the only input '{names[0]}'"
-    expected = f"u: got shape {inputs.shape}, expected ({width},) or (k, {width}): for all rows, or for each of k"
-    by_name = f"by name {{'{names[0]}': [...]}} has a number for each row"
-    column = ", or numpy.reshape(u, (-1, 1))" if width == 1 and inputs.size > 1 else ""
-    raise ValueError(f"{expected}, numbers for {listed}; {by_name}{column}")
+    listed = f"the inputs {', '.join(map(repr, names))}" if width > 1 else f"the input '{names[0]}'"
+    column = f"; numpy.reshape(u, (-1, 1)) or {{'{names[0]}': u}} has a row for each number"
+    raise ValueError(
+        f"u: got shape {inputs.shape}, expected (k, {width}): a row of {listed} for each of k equilibria, "
+        f"or ({width},) for all" + (column if width == 1 and inputs.ndim == 1 else "")
+    )
 
 
 def _count(models: list[Model], inputs: Array | None, starts: Array | None) -> int:

@@ -221,6 +221,7 @@ def _peaks(self: MotionResult) -> list[Peak]:
     reference strain), axial strain and stress of the outermost fibre (without shear, torsion and damping),
     and bending moment, torque and tension in its sections by the balance of forces. Stretch and bending that
     have no modes count by these forces in strain and stress, unless tendons or chambers act along the rod.
+    Where Young's modulus stands for a measured stiffness (EI / I of a cable), stresses are fictitious.
     For each actuator its force, for each contact its resultant and the largest overlap.
 
     Rods are evaluated at 49 places of each segment, at the times of the result: peaks between these are

@@ -107,8 +107,6 @@ def suggesting(called: F, remarks: Mapping[str, str] | None = None) -> F:
     required = [each.name for each in named if each.default is each.empty]
     names = frozenset(known)
     explained = remarks or {}
-    if "self" in inspect.signature(function).parameters:
-        required.insert(0, "self")
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:

@@ -182,6 +182,11 @@ def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any)
                 "(a default has to be written into the scene before its parts can be swept, such as "
                 "`gravity = [0, 0, -9.81]` in [scene] for 'scene.gravity[2]')"
             )
+        if is_last and i == 0 and part not in here:
+            # The top level has tables alone.
+            inside = within(document, lambda inner: str(part) if part in inner else None)
+            if inside:
+                raise ValueError(f"{part}: the scene has no such key; did you mean '{inside}'?")
         if is_last:
             here[part] = value
         else:

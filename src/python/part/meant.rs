@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PySequence, PyString, PyTuple};
 
 use super::values::value_of;
-use crate::description::schema::{Field, Kind, Schema};
+use crate::description::schema::{Field, Kind, Schema, did_you_mean};
 use crate::error::shortened;
 use crate::python::convert;
 use crate::python::signal::Functions;
@@ -23,6 +23,12 @@ pub(super) fn misplaced(schema: &'static Schema, args: &Bound<'_, PyTuple>) -> O
             let error = if is_open { None } else { fits(&object, field).err() };
             error.filter(|error| error.is_instance_of::<PyTypeError>(py)).map(|error| (i, object, error))
         })?;
+    if object.is_instance_of::<PyString>() {
+        // The name of a material in place of its numbers; other texts fit too much.
+        schema.index("young_modulus")?;
+        let meant = did_you_mean("material", schema.names(), "'")?;
+        return Some(PyTypeError::new_err(format!("{}; {meant}", error.value(py))));
+    }
     let later = &schema.fields[args.len().min(schema.positional)..schema.positional];
     let rest = args.get_slice(i, args.len()).into_any();
     let alone = later.iter().map(|field| (field, &object));

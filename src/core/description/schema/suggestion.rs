@@ -169,7 +169,7 @@ const SENTENCES: &[(&[&str], &[&str], &str)] = &[
 const DIAMETERS: &[&str] = &["d", "D", "diameter", "outer_diameter", "inner_diameter"];
 
 /// What to give for a material.
-const MATERIALS: &str = "Materials have no names, their numbers are given: `young_modulus` in Pa, `poisson_ratio` or \
+const MATERIALS: &str = "materials have no names, their numbers are given: `young_modulus` in Pa, `poisson_ratio` or \
      `shear_modulus`, and `density` in kg/m^3, such as 2.1e11, 0.3 and 7850 for steel, 1e6, 0.49 and 1100 for rubber";
 
 /// What the size of a given section is.

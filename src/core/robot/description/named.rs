@@ -110,7 +110,9 @@ impl<'a> LinkNames<'a> {
             _ => expected_name(name, before, "link"),
         };
         let meant = if found.is_none() { or_meant(name, compared(before)) } else { String::new() };
-        let expected = format!("the name of a link that stands before this one{meant}");
+        let is_world = found.is_none() && WORLDS.contains(&name.as_str());
+        let world = if is_world { "; the world is no link: leave `parent` out" } else { "" };
+        let expected = format!("the name of a link that stands before this one{meant}{world}");
         reader
             .refuse("parent", Fault::Name { python: [format!("'{name}'"), expected], scene: [wrong, right] });
         None

@@ -95,11 +95,11 @@ pub(crate) fn overloads(robot: &Robot, t: f64, u: Option<&[f64]>) -> Result<Vec<
 
 fn sentence(does: &str, link: &Link, strain: f64, stiffness: f64) -> String {
     format!(
-        "{does}, which by the stiffness of the rod of {:?} (E A = {} N) would strain it by {} %: that is absurd. Is the force in newtons, \
-         is the modulus in pascals, are the lengths in metres?",
+        "{does}, which by the stiffness of the rod of {:?} (E A = {} N) would strain it by {:.0} %, more than rods bear. Is the force in \
+         newtons, is the modulus in pascals, are the lengths in metres?",
         link.name,
         significant(stiffness),
-        significant(100.0 * strain),
+        100.0 * strain,
     )
 }
 

@@ -21,6 +21,10 @@ const WIDEST: f64 = 1.0;
 /// m/s^2: gravity above this is probably in other units.
 const STRONGEST_GRAVITY: f64 = 100.0;
 
+/// m/s^2: the Earth's gravity in millimetres and milliseconds, and the part of it by which others may differ.
+const IN_MILLISECONDS: f64 = 9.81e-3;
+const ALIKE: f64 = 5e-3;
+
 /// Parts of a segment between the places where its width is looked at.
 const PLACES: u32 = 16;
 
@@ -66,6 +70,13 @@ pub(crate) fn implausible_units(robot: &Robot) -> Vec<String> {
     }
     robot.actuators.iter().flat_map(|actuator| of_actuator(robot, actuator)).for_each(&mut say);
     let strength = robot.gravity.iter().fold(0.0_f64, |sum, g| sum.hypot(*g));
+    if (strength - IN_MILLISECONDS).abs() < ALIKE * IN_MILLISECONDS {
+        let strength = significant(strength);
+        say(format!(
+            "Gravity is {strength} m/s², that of the Earth is 9.81; {strength} is its number in mm/ms², but lengths are in metres, times \
+             in seconds and masses in kilograms."
+        ));
+    }
     if strength > STRONGEST_GRAVITY {
         let strength = significant(strength);
         say(format!("Gravity is {strength} m/s², on Earth it is 9.81; lengths are in metres."));
