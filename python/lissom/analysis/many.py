@@ -133,8 +133,9 @@ def statics_many(
     model : Model, or iterable of Model
         A model for all rows, or one for each. All must have the same number of coordinates.
     u : array_like, shape (k, m) or (m,), or dict, optional
-        Inputs of each row, or of all rows in shape (m,); by default the inputs' own. Some of them by name: a dict for
-        each row, or one dict whose values have rows, such as ``{"pull": [1, 2, 3]}``.
+        Inputs of each row, or in shape (m,) of all; by default those that are the inputs' defaults. Some of
+        them by name: a dict for each row, or one dict whose values have rows, such as
+        ``{"pull": [1, 2, 3]}``.
     q0 : array_like, shape (n,) or (k, n), optional
         Start of all rows, or of each, as for `statics`.
     t : float

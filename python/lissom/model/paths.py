@@ -62,7 +62,7 @@ def meant(name: str, known: Iterable[str], thing: Any = None, place: str = "") -
     """Advice in place of an unknown name, also one of a part within the thing at this place."""
     names = sorted(known)
     before = f"{place}." if place else ""
-    inside = within(thing, lambda inner: name if name in inner else None)
+    inside = within(thing, _exactly(name))
     advice = f"did you mean '{before}{inside}'?" if inside else did_you_mean(name, names)
     if not advice and (inside := within(thing, lambda inner: like(name, inner))):
         advice = f"did you mean '{before}{inside}'?"
@@ -78,6 +78,10 @@ def _parts_of(thing: Any) -> dict[str, Any]:
     if isinstance(thing, dict):
         return thing
     return {} if thing is None or isinstance(thing, (*PLAIN, list, tuple)) else constructed(thing) or {}
+
+
+def _exactly(name: str) -> Callable[[list[str]], str | None]:
+    return lambda inner: name if name in inner else None
 
 
 def within(thing: Any, is_meant: Callable[[list[str]], str | None]) -> str | None:
@@ -184,7 +188,7 @@ def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any)
             )
         if is_last and i == 0 and part not in here:
             # The top level has tables alone.
-            inside = within(document, lambda inner: str(part) if part in inner else None)
+            inside = within(document, _exactly(str(part)))
             if inside:
                 raise ValueError(f"{part}: the scene has no such key; did you mean '{inside}'?")
         if is_last:

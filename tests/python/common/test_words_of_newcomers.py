@@ -204,7 +204,8 @@ def test_scenes_say_the_same():
 def test_joints_by_words_of_other_programs(word, meant):
     with pytest.raises(TypeError, match=rf"did you mean lissom\.{meant}\(...\)\?"):
         lissom.Link("a", joint=word, body=lissom.Body(1.0))
-    text = f'version = 1\n[[link]]\nname = "a"\nbody = {{ mass = 1 }}\njoint = {{ type = "{word}", axis = [0, 1, 0] }}'
+    joint = f'joint = {{ type = "{word}", axis = [0, 1, 0] }}'
+    text = f'version = 1\n[[link]]\nname = "a"\nbody = {{ mass = 1 }}\n{joint}'
     if word.capitalize() != meant:
         (problem,) = problems(f"{text}\n[simulation]\nt_end = 1\n")
         assert f'did you mean "{meant.lower()}"?' in problem.right

@@ -371,7 +371,7 @@ RAISE = re.compile(r"is soft for its load, .*: raise `stiffness` from (\S+) to (
 @pytest.mark.parametrize("stiffness", [1.0, 30.0])
 @pytest.mark.parametrize("case", soft_cases())
 def test_following_the_advice_to_raise_the_stiffness_once_is_enough(case, stiffness):
-    """The overlap at which a run ends says too little of the forces: four rounds, before they were computed."""
+    """The overlap at which a run ends says too little of the forces: four rounds before."""
     make = soft_cases()[case]
     run = lissom.simulate(make(stiffness), 0.5, dt=2e-3)
     advised = RAISE.search(run.message)
@@ -386,7 +386,7 @@ def test_following_the_advice_to_raise_the_stiffness_once_is_enough(case, stiffn
 
 
 def test_given_sections_say_at_once_what_contact_needs():
-    """Stiffness follows from known loads, once the section has a size; with unknown ones both are asked for."""
+    """Stiffness follows from known loads, once a section has a size; with unknown ones both are asked for."""
     bare = lissom.Section.given((1e-3,) * 3 + (1e3,) * 3, 0.1)
     sized = lissom.Section.given((1e-3,) * 3 + (1e3,) * 3, 0.1, inertia=(2e-6, 1e-6, 1e-6))
     segment = {
