@@ -1,7 +1,7 @@
 //! The result of a search for inputs.
 
 use super::equilibria::NoEquilibrium;
-use crate::analysis::reach::{Error, off_by, question_of_units};
+use crate::analysis::reach::{Error, remaining};
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
 use crate::model::InvalidShape;
@@ -158,12 +158,7 @@ pub(super) fn message(
                             Start from other inputs `u`."
             .to_owned(),
     };
-    let (mut largest, mut left) = (0.0_f64, Vec::new());
-    for (link, error) in errors {
-        largest = largest.max(error.position);
-        left.push(off_by(robot, link, error));
-    }
-    let (left, units) = (left.join(", "), question_of_units(robot, largest));
+    let (left, units) = remaining(robot, errors);
     let slack = match slack {
         [] => String::new(),
         names => {

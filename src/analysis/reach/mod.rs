@@ -27,8 +27,8 @@ mod starts;
 mod target;
 
 pub use misfit::Error;
+pub(crate) use outcome::remaining;
 pub use outcome::{Reached, Status};
-pub(crate) use outcome::{off_by, question_of_units};
 pub use preference::Preference;
 pub use target::Target;
 

@@ -4,19 +4,18 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PySequence, PyString, PyTuple};
 
-use super::values::value_of;
 use crate::description::schema::{Field, Kind, Schema, did_you_mean};
 use crate::error::shortened;
 use crate::python::convert;
-use crate::python::signal::Functions;
 
 /// The refusal of the first positional argument that does not fit, if it fits a later parameter, or together with those that follow it
-/// fits one: whoever leaves a name out means these.
-pub(super) fn misplaced(schema: &'static Schema, args: &Bound<'_, PyTuple>) -> Option<PyErr> {
+/// fits one: whoever leaves a name out means these. `fits` reads an object as a field.
+pub(super) fn misplaced(
+    schema: &'static Schema,
+    args: &Bound<'_, PyTuple>,
+    fits: impl Fn(&Bound<'_, PyAny>, &Field) -> PyResult<()>,
+) -> Option<PyErr> {
     let py = args.py();
-    let fits = |object: &Bound<'_, PyAny>, field: &Field| {
-        value_of(object, field.name, &field.kind, &mut Functions::default())
-    };
     let (i, object, error) =
         args.iter().zip(schema.fields).enumerate().find_map(|(i, (object, field))| {
             let is_open = object.is_none() || field.kind.along_segment().is_some();

@@ -28,8 +28,44 @@ pub(super) fn arguments(
     is_none_default: bool,
     functions: &mut Functions,
 ) -> PyResult<Vec<Option<Value>>> {
+    let given = given_to(schema, args, kwargs)?;
+    let fits = |object: &Bound<'_, PyAny>, field: &Field| {
+        value_of(object, field.name, &field.kind, &mut Functions::default()).map(|_| ())
+    };
+    let refused = |error: PyErr| misplaced(schema, args, fits).unwrap_or(error);
+    let fields = schema.fields.iter().zip(&given);
+    let of_field =
+        |(field, object): (&Field, &Option<_>)| (field.name, object.is_none() && field.is_required());
+    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>()).map_err(refused)?;
+    let length = || length_of(schema, &given);
+    let mut values = vec![None; given.len()];
+    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
+        let Some(object) = object else { continue };
+        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
+        {
+            continue;
+        }
+        let read = match field.kind.along_segment() {
+            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length),
+            _ => value_of(object, field.name, &field.kind, functions),
+        };
+        *value = Some(read.map_err(refused)?);
+    }
+    // A table or a profile determines the length of the part.
+    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
+        values[i] = length()?.map(Value::Number);
+    }
+    Ok(values)
+}
+
+/// The objects given for the fields of the part; refuses those for which there are none.
+fn given_to<'py>(
+    schema: &'static Schema,
+    args: &Bound<'py, PyTuple>,
+    kwargs: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Vec<Option<Bound<'py, PyAny>>>> {
     let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
-    let mut given: Vec<Option<Bound<'_, PyAny>>> = vec![None; schema.fields.len()];
+    let mut given: Vec<Option<Bound<'py, PyAny>>> = vec![None; schema.fields.len()];
     if args.len() > schema.positional {
         let known = schema.names().collect::<Vec<_>>().join(", ");
         let (most, given) = (schema.positional, args.len());
@@ -58,30 +94,7 @@ pub(super) fn arguments(
             within(schema, word)
         })));
     }
-    let refused = |error: PyErr| misplaced(schema, args).unwrap_or(error);
-    let fields = schema.fields.iter().zip(&given);
-    let of_field =
-        |(field, object): (&Field, &Option<_>)| (field.name, object.is_none() && field.is_required());
-    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>()).map_err(refused)?;
-    let length = || length_of(schema, &given);
-    let mut values = vec![None; given.len()];
-    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
-        let Some(object) = object else { continue };
-        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
-        {
-            continue;
-        }
-        let read = match field.kind.along_segment() {
-            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length),
-            _ => value_of(object, field.name, &field.kind, functions),
-        };
-        *value = Some(read.map_err(refused)?);
-    }
-    // A table or a profile determines the length of the part.
-    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
-        values[i] = length()?.map(Value::Number);
-    }
-    Ok(values)
+    Ok(given)
 }
 
 /// The length of the segment that these arguments describe: given, or that of a table or a profile among them.
@@ -113,12 +126,6 @@ pub(super) fn value_of(
         Kind::Flag => convert::flag(object, name).map(Value::Flag),
         Kind::Text | Kind::Word(..) | Kind::Reference(_) => text_of(object, name),
         Kind::Array(Kind::Array(..), _) => {
-            if let Ok(moment) = convert::number(object, name) {
-                let expected = format!("three equal ones are ({moment}, {moment}, {moment})");
-                return Err(PyTypeError::new_err(format!(
-                    "{name}: expected shape (3,) or (3, 3), got one number; {expected}"
-                )));
-            }
             let rows = convert::symmetric_of::<3>(object, name)?;
             Ok(Value::Rows { numbers: rows.concat(), columns: 3 })
         }

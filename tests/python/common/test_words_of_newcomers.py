@@ -86,7 +86,7 @@ CALLS = {
     "sphere without centre": (lambda: lissom.Sphere(0.1), r"centre: .*; did you mean radius=0.1\?"),
     "one moment of inertia": (
         lambda: lissom.Body(1.0, inertia=1e-3),
-        r"three equal ones are \(0.001, 0.001, ",
+        r"equal ones are \(0.001,\) \* 3$",
     ),
     "com": (lambda: lissom.Body(1.0, com=ORIGIN), "did you mean 'centre'"),
     "lower and upper": (
