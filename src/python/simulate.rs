@@ -25,7 +25,9 @@ use crate::simulation::accuracy;
 use crate::simulation::methods::{
     Auto, Configuration, Dop853, Integration, Jacobian, Newmark, QuasiStatic, Radau, Rk45,
 };
-use crate::simulation::simulate::{Control, Simulation, Slack, creep, has_joint_friction, slackness};
+use crate::simulation::simulate::{
+    Control, Simulation, Slack, add_overloads, creep, has_joint_friction, slackness,
+};
 use crate::simulation::time_limit::TimeLimit;
 
 /// Value of `t_eval` that requests all accepted steps.
@@ -560,11 +562,12 @@ fn run(
     finish(py, simulation, &slack, Some(moved), raised)
 }
 
-/// Slack tendons of a motion; adds a doubt about friction that crept.
+/// Slack tendons of a motion; adds a doubt about friction that crept, and forces that were absurd.
 fn of_tendons_and_friction(
     robot: &mut RobotModel,
     simulation: &mut Simulation,
 ) -> Result<Vec<Slack>, Interrupted> {
+    add_overloads(robot, simulation)?;
     if let Some(doubt) = creep(robot, simulation)? {
         simulation.add_doubt(&doubt);
     }

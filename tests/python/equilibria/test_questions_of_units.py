@@ -117,6 +117,16 @@ def test_tensions_that_rods_bear_are_not_questioned():
     assert "more than rods bear" in lissom.statics(model, u=[1.01 / strain(1.0, 0.006)]).message
 
 
+def test_failed_runs_name_absurd_tensions_too():
+    model = finger(tendon((0, 0.006)))
+    run = lissom.simulate(model, 0.1, dt=1e-3, u={"pull": 1000.0})
+    rows = lissom.simulate_many(model, 0.1, dt=1e-3, u=[[1.0], [1000.0]])
+    for status, message in ((run.status, run.message), (rows.status[1], rows.message[1])):
+        assert status != "finished"
+        assert 'The tendon "pull" pulls with 1000 N' in message
+    assert "more than rods bear" not in rows.message[0]
+
+
 def test_absurd_loads_of_all_kinds():
     pulled = finger(tip_force=(0, 0, -2000.0))
     assert f'A load pulls with 2000 N, which by the stiffness of the rod of "rod" (E A = {AXIAL:.4g} N)' in (
