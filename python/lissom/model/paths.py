@@ -182,7 +182,7 @@ def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any)
             raise ValueError(f"{up_to(path, i + 1)}: {up_to(path, i)} has no keys")
         elif not is_last and part not in here:
             raise ValueError(
-                f"{up_to(path, i + 1)}: the scene has no such key, {meant(part, here, here, up_to(path, i))} "
+                f"{up_to(path, i + 1)}: the scene has no such key, {meant(part, here)} "
                 "(a default has to be written into the scene before its parts can be swept, such as "
                 "`gravity = [0, 0, -9.81]` in [scene] for 'scene.gravity[2]')"
             )
@@ -378,7 +378,10 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
             f"'links[*].rod.{part}{rest}', or the number of a link in place of the star"
         )
     if name is None:
-        raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known, thing, up_to(path, done))}")
+        # What follows a name says of which kind it is.
+        is_last = done == len(path) - 1
+        advice = meant(part, known, thing if is_last else None, up_to(path, done))
+        raise ValueError(f"{up_to(path, done + 1)}: {advice}")
     # For example Poisson's ratio, which is stored as a shear modulus.
     arguments.setdefault(name, getattr(thing, name, None))
     return _Inside(arguments, name, lambda parts: maker(**parts), done + 1)
