@@ -1,6 +1,6 @@
 //! Actuators by their names.
 
-use crate::description::schema::suggestion;
+use crate::description::schema::or_meant;
 use crate::error::InvalidInput;
 use crate::robot::Robot;
 use crate::robot::effects::actuator::Actuator;
@@ -10,8 +10,7 @@ pub(super) fn actuator_index(robot: &Robot, name: &str) -> Result<usize, Invalid
     let names = || robot.actuators.iter().map(Actuator::name);
     names().position(|known| known == name).ok_or_else(|| {
         let all = names().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
-        let meant = suggestion(name, names());
-        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+        let meant = or_meant(name, names());
         let expected = match all.is_empty() {
             true => "an actuator, but the robot has none".to_owned(),
             false => format!("one of the actuators: {all}{meant}"),

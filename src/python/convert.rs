@@ -503,10 +503,10 @@ pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str)
         let found = describe(value);
         PyValueError::new_err(format!("{name}: expected shape ({N},) or ({N}, {N}), got {found}"))
     };
-    if number_if_one(value, name)?.is_some() {
+    if let Some(number) = number_if_one(value, name)? {
         let found = describe(value);
         return Err(PyTypeError::new_err(format!(
-            "{name}: expected shape ({N},) or ({N}, {N}), got {found}"
+            "{name}: expected shape ({N},) or ({N}, {N}), got {found}; equal ones are ({number},) * {N}"
         )));
     }
     match matrix_of(value, (N, N), name) {

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
 
 use super::convert;
-use crate::description::schema::suggestion;
+use crate::description::schema::or_meant;
 use crate::error::{Checker, Number, shortened};
 use crate::python::errors::OrRaise as _;
 
@@ -21,8 +21,7 @@ pub(super) fn entries(names: &[String], name: &str, place: &str) -> PyResult<Ran
         return Ok(first..first + 3);
     }
     let all = names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
-    let meant = suggestion(name, names.iter().map(String::as_str));
-    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    let meant = or_meant(name, names.iter().map(String::as_str));
     let expected = match all.is_empty() {
         true => "nothing: the model has no inputs".to_owned(),
         false => format!("one of the inputs: {all}{meant}"),

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::errors::at_place;
-use crate::description::schema::suggestion;
+use crate::description::schema::or_meant;
 use crate::robot::Robot;
 
 /// Index of a loop of a robot.
@@ -34,7 +34,6 @@ pub(super) fn index_of_one<'a>(
 
 /// The refusal of a name that no part of a robot has; `what` is the kind of the part.
 fn unknown<'a>(name: &str, known: impl Iterator<Item = &'a str>, what: &str) -> PyErr {
-    let meant =
-        suggestion(name, known).map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    let meant = or_meant(name, known);
     PyValueError::new_err(format!("got '{name}', expected the name of {what} of the robot{meant}"))
 }

@@ -123,7 +123,7 @@ pub mod _lissom {
     #[pymodule_export]
     use super::stepping::{PySimulation, PySimulations};
     #[pymodule_export]
-    use super::words::meant_in_python;
+    use super::words::{did_you_mean_in_python, meant_in_python, unexpected_in_python};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -16,7 +16,7 @@ use super::ode::options::tolerance;
 use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
-use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
+use crate::description::schema::{Data, Kind, Reader, Value, did_you_mean};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::python::words::required;
@@ -25,7 +25,9 @@ use crate::simulation::accuracy;
 use crate::simulation::methods::{
     Auto, Configuration, Dop853, Integration, Jacobian, Newmark, QuasiStatic, Radau, Rk45,
 };
-use crate::simulation::simulate::{Control, Simulation, Slack, creep, has_joint_friction, slackness};
+use crate::simulation::simulate::{
+    Control, Simulation, Slack, add_overloads, creep, has_joint_friction, slackness,
+};
 use crate::simulation::time_limit::TimeLimit;
 
 /// Value of `t_eval` that requests all accepted steps.
@@ -560,11 +562,12 @@ fn run(
     finish(py, simulation, &slack, Some(moved), raised)
 }
 
-/// Slack tendons of a motion; adds a doubt about friction that crept.
+/// Slack tendons of a motion; adds a doubt about friction that crept, and forces that were absurd.
 fn of_tendons_and_friction(
     robot: &mut RobotModel,
     simulation: &mut Simulation,
 ) -> Result<Vec<Slack>, Interrupted> {
+    add_overloads(robot, simulation)?;
     if let Some(doubt) = creep(robot, simulation)? {
         simulation.add_doubt(&doubt);
     }
@@ -694,8 +697,8 @@ const OTHERS: [&str; 5] = ["rk45", "dop853", "radau", "quasi_static", "auto"];
 fn name_all_methods(mut error: InvalidInput, name: &str) -> InvalidInput {
     for problem in &mut error.problems {
         if problem.place == "method" {
-            let meant = suggestion(name, METHODS.into_iter().chain(OTHERS));
-            let meant = meant.map(|meant| format!("; did you mean {meant:?}?")).unwrap_or_default();
+            let meant = did_you_mean(name, METHODS.into_iter().chain(OTHERS), "\"");
+            let meant = meant.map(|meant| format!("; {meant}")).unwrap_or_default();
             problem.expected.extend(OTHERS.map(|other| format!(", {other:?}")));
             problem.expected.push_str(&meant);
         }

@@ -428,11 +428,17 @@ pub(crate) fn statics<'py>(
             Ok(found) => found,
             Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, Tendons::default(), None)))),
         };
-        if let (true, Some(robot)) = (found.status.is_success(), model.robot_model()) {
-            // Numbers in any units are in equilibrium.
+        let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
+        if let (Some(Ok(Tendons { overloads, .. })), Some(ended)) =
+            (&of_robot, found.status.without_cure(found.load_factor))
+            && !overloads.is_empty()
+        {
+            found.message = ended;
+        }
+        if let Some(robot) = model.robot_model() {
+            // Numbers in any units may be in equilibrium.
             found.message.extend(robot.implausible_units().iter().flat_map(|question| [" ", question]));
         }
-        let of_robot = model.robot_model().map(|robot| Tendons::of(robot, &found.q, t, u.as_deref()));
         let judged = of_robot.transpose().and_then(|tendons| {
             let error =
                 effort.map(|effort| model.space_error(&found, (t, u.as_deref()), effort)).transpose()?;
@@ -526,7 +532,10 @@ impl PyStaticsResult {
             q: ReadOnly::new(q.into_pyarray(py))?,
             success: status.is_success(),
             status: status.name().to_owned(),
-            message: if status.is_success() { message + &tendons.message() + &doubt } else { message },
+            message: match status.is_success() {
+                true => message + &tendons.message() + &doubt,
+                false => message + &tendons.of_failure(),
+            },
             load_factor,
             residual_norm,
             step_norm,

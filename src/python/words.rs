@@ -4,13 +4,28 @@ use pyo3::exceptions::{PyFutureWarning, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::description::schema::{keyword, suggestion};
+use crate::description::schema::{did_you_mean, suggestion, unexpected};
 
 /// The known name that a word may mean.
 #[pyfunction]
 #[pyo3(name = "meant", signature = (word, known, /))]
 pub(super) fn meant_in_python(word: &str, known: Vec<String>) -> Option<String> {
     suggestion(word, known.iter().map(String::as_str)).map(str::to_owned)
+}
+
+/// The end of a message about an unknown word: the name that it may mean, and what to know of its value.
+#[pyfunction]
+#[pyo3(name = "did_you_mean", signature = (word, known, /))]
+pub(super) fn did_you_mean_in_python(word: &str, known: Vec<String>) -> Option<String> {
+    did_you_mean(word, known.iter().map(String::as_str), "'")
+}
+
+/// What is said of keywords that a call does not take.
+#[pyfunction]
+#[pyo3(name = "unexpected_keywords", signature = (words, known, /))]
+pub(super) fn unexpected_in_python(words: Vec<String>, known: Vec<String>) -> String {
+    let [words, known] = [&words, &known].map(|names| names.iter().map(String::as_str).collect::<Vec<_>>());
+    unexpected(&words, &known, |_| None)
 }
 
 /// Refuses keyword arguments that a function, class or method of this module, such as `Robot.pose`, does not have, with those that it has
@@ -23,12 +38,11 @@ pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyRes
     let known: Vec<_> = names_of(&signature).collect();
     let others: Vec<String> = others.keys().extract()?;
     // Some functions pass arguments of these names on.
-    let Some(key) = others.into_iter().find(|other| !known.contains(&other.as_str())) else { return Ok(()) };
-    let meant = keyword(&key, known.iter().copied()).map_or_else(String::new, |meant| format!("; {meant}"));
-    Err(PyTypeError::new_err(format!(
-        "{name}() got an unexpected keyword argument '{key}', expected {}{meant}",
-        known.join(", ")
-    )))
+    let others: Vec<_> = others.iter().map(String::as_str).filter(|other| !known.contains(other)).collect();
+    if others.is_empty() {
+        return Ok(());
+    }
+    Err(PyTypeError::new_err(format!("{name}() {}", unexpected(&others, &known, |_| None))))
 }
 
 /// The arguments that a function requires, once other names, which may stand for them, have been refused.

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use super::document::Document;
 use super::shape::join;
-use crate::description::schema::{Kind, Part, Schema, suggestion};
+use crate::description::schema::{Kind, Part, Schema, did_you_mean};
 
 /// Headers of the tables with a key of this name. A file may have thousands of unknown keys.
 static TABLES: LazyLock<HashMap<&'static str, Vec<String>>> = LazyLock::new(|| {
@@ -17,8 +17,8 @@ static TABLES: LazyLock<HashMap<&'static str, Vec<String>>> = LazyLock::new(|| {
 /// Advice about an unknown key at a place, where these are known.
 pub(super) fn advice(place: &str, known: &[&'static str]) -> String {
     let (table, name) = place.rsplit_once('.').unwrap_or(("", place));
-    if let Some(similar) = suggestion(name, known.iter().copied()) {
-        return format!("did you mean `{similar}`?");
+    if let Some(meant) = did_you_mean(name, known.iter().copied(), "`") {
+        return meant;
     }
     if let Some(elsewhere) = TABLES.get(name) {
         return format!("it belongs in {}", elsewhere.join(" or "));

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import AccuracyWarning, Model, StaticsResult, finite_array, inputs_by_name, machine, statics
 from ..common.arguments import flag, keywords, number, suggesting, whole
+from ..common.elsewhere import no_attribute
 from .base import ReadOnly
 from .doubts import without_doubts
 from .equilibria import OF_STATICS
@@ -25,6 +26,27 @@ Array = NDArray[np.float64]
 
 #: Options that are those of `statics`.
 OPTIONS = (*OF_STATICS, "stability", "space_error")
+
+
+_POSES = (
+    "`model.pose(found.q)` has the poses of the tips: their positions are `model.pose(found.q)[:, :3, 3]`"
+)
+_OF_ROWS = "`found[i]` is the `StaticsResult` of row i, which has it"
+
+#: What to use in place of attributes that results of many rows do not have.
+INSTEAD: Mapping[str, str] = {
+    **dict.fromkeys(("tip", "tips", "pose", "poses", "position", "positions"), _POSES),
+    "x": "coordinates are `q`, one row each",
+    "y": "coordinates are `q`, one row each",
+    "plot": "`found[i].plot(model)` draws the shape of row i",
+    "picture": "`found[i].picture(path, model)` draws the shape of row i",
+    "report": "`found[i].report(path, model)` writes the page of row i",
+    "animate": "rows have no times: `found[i].picture(path, model)` draws one of them",
+    "save": "`found[i].save(path)` saves row i, `numpy.savez(path, q=found.q, u=found.u)` all coordinates",
+    "to_xarray": "`found[i].to_xarray()` makes the dataset of row i",
+    **dict.fromkeys(("slack", "stability", "lowest_eigenvalue", "space_error", "peaks", "path"), _OF_ROWS),
+    "energy": "`model.energy(q, 0 * q)` of a row `q` of `found.q` has the energies",
+}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,6 +89,11 @@ class EquilibriaResult(ReadOnly):
     u: Array
     _rows: tuple[StaticsResult | None, ...]
 
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            no_attribute(self, name, INSTEAD)
+
     def __len__(self) -> int:
         return len(self.q)
 
@@ -105,9 +132,10 @@ def statics_many(
     ----------
     model : Model, or iterable of Model
         A model for all rows, or one for each. All must have the same number of coordinates.
-    u : array_like, shape (k, m), or dict, optional
-        Inputs of each row; by default those that are the inputs' defaults. Some of them by name: a dict for
-        each row, or one dict whose values have rows, such as ``{"pull": [1, 2, 3]}``.
+    u : array_like, shape (k, m) or (m,), or dict, optional
+        Inputs of each row, or in shape (m,) of all; by default those that are the inputs' defaults. Some of
+        them by name: a dict for each row, or one dict whose values have rows, such as
+        ``{"pull": [1, 2, 3]}``.
     q0 : array_like, shape (n,) or (k, n), optional
         Start of all rows, or of each, as for `statics`.
     t : float
@@ -157,9 +185,12 @@ def statics_many(
     models = _models(model)
     n = models[0].n
     inputs = np.array([one.u0 for one in models]) if u is None else inputs_by_name(u, models)
-    is_of_all = isinstance(u, Mapping) and inputs.ndim == 1
+    names = models[0].inputs
+    inputs = inputs if u is None else finite_array(inputs, "u")
+    # One row of inputs is for all rows, as of `simulate_many`.
+    is_of_all = inputs.shape == (len(names),)
     if u is not None and not is_of_all:
-        inputs = _rows("u", inputs, len(models[0].inputs), "inputs")
+        inputs = _input_rows(inputs, names)
     starts = None if q0 is None else finite_array(q0, "q0")
     if starts is not None and starts.ndim != 1:
         starts = _rows("q0", starts, n, "coordinates")
@@ -255,6 +286,23 @@ def _rows(name: str, values: ArrayLike, width: int, what: str) -> Array:
     if rows.ndim != 2 or rows.shape[1] != width or not len(rows):
         raise ValueError(f"{name}: got shape {rows.shape}, expected (k, {width}): (rows, {what})")
     return rows
+
+
+def _input_rows(inputs: Array, names: Sequence[str]) -> Array:
+    """Rows of inputs; for other shapes a message with the right ones."""
+    if inputs.ndim == 2 and inputs.shape[1] == len(names) and len(inputs):
+        return inputs
+    if not names:
+        raise ValueError(
+            "u: the model has no inputs: leave `u` out, or give loads or actuators a lissom.Input"
+        )
+    width = len(names)
+    listed = f"the inputs {', '.join(map(repr, names))}" if width > 1 else f"the input '{names[0]}'"
+    column = f"; numpy.reshape(u, (-1, 1)) or {{'{names[0]}': u}} has a row for each number"
+    raise ValueError(
+        f"u: got shape {inputs.shape}, expected (k, {width}): a row of {listed} for each of k equilibria, "
+        f"or ({width},) for all" + (column if width == 1 and inputs.ndim == 1 else "")
+    )
 
 
 def _count(models: list[Model], inputs: Array | None, starts: Array | None) -> int:

@@ -221,6 +221,7 @@ def _peaks(self: MotionResult) -> list[Peak]:
     reference strain), axial strain and stress of the outermost fibre (without shear, torsion and damping),
     and bending moment, torque and tension in its sections by the balance of forces. Stretch and bending that
     have no modes count by these forces in strain and stress, unless tendons or chambers act along the rod.
+    Where Young's modulus stands for a measured stiffness (EI / I of a cable), stresses are fictitious.
     For each actuator its force, for each contact its resultant and the largest overlap.
 
     Rods are evaluated at 49 places of each segment, at the times of the result: peaks between these are
@@ -629,6 +630,13 @@ def _view(
     return view
 
 
+#: What is required beside a result, where it is missing.
+REQUIRED = {
+    "model": "results of statics, paths and modes keep no model, give that of the search",
+    "q": "the shape about which the modes are, such as `statics(model).q`",
+}
+
+
 def _attach(owner: type, name: str, function: Any, text: str | None = None) -> None:
     """Attach a copy of a function to a class as a method."""
     import types
@@ -638,7 +646,7 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     own.__annotations__ = function.__annotations__
     own.__doc__ = text or function.__doc__
     own.__qualname__ = f"{owner.__name__}.{name}"
-    setattr(owner, name, suggesting(own))
+    setattr(owner, name, suggesting(own, REQUIRED))
 
 
 #: File formats of a motion or a shape as meshes.

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .._lissom import MotionResult, Simulation, StaticsResult
+from ..common.elsewhere import no_attribute
 
 _ENERGY = "`balance` has the energies: `balance.total`, `balance.kinetic` and so on"
 _MOVED = "`pose()` has the poses of the tip at all times: its positions are `pose()[:, :3, 3]`"
@@ -50,7 +51,4 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
 
 def of_attribute(self: Any, name: str) -> Any:
     """Explain what to use instead of a missing attribute."""
-    kind = type(self)
-    sentence = f"'lissom.{kind.__name__}' object has no attribute {name!r}"
-    hint = INSTEAD.get(kind, {}).get(name)
-    raise AttributeError(f"{sentence}: {hint}" if hint else sentence, name=name, obj=self)
+    no_attribute(self, name, INSTEAD.get(type(self), {}))

@@ -63,18 +63,13 @@ def one_of(name: str, value: object, known: Sequence[str]) -> str:
 
 
 def keywords(function: str, given: Iterable[str], known: Iterable[str]) -> None:
-    """Raise TypeError for a keyword argument that does not exist, with the one that may be meant."""
+    """Raise TypeError for keyword arguments that do not exist, with those that may be meant."""
     names = list(known)
-    for name in given:
-        if name in names:
-            continue
-        from .._lissom import meant
+    others = [name for name in given if name not in names]
+    if others:
+        from .._lissom import unexpected_keywords
 
-        close = meant(name, names)
-        advice = f"; did you mean '{close}'?" if close else ""
-        raise TypeError(
-            f"{function}() got an unexpected keyword argument {name!r}, expected {', '.join(names)}{advice}"
-        )
+        raise TypeError(f"{function}() {unexpected_keywords(others, names)}")
 
 
 def is_by_name(u: Any) -> bool:
@@ -84,22 +79,21 @@ def is_by_name(u: Any) -> bool:
 
 def _stand_ins(function: str, given: Iterable[str], missing: Iterable[str]) -> None:
     """Raise TypeError for a keyword argument that seems to stand for a missing argument."""
-    from .._lissom import meant
+    from .._lissom import did_you_mean
 
     required = list(missing)
     for name in given:
-        close = meant(name, required)
-        if close:
-            raise TypeError(
-                f"{function}() got an unexpected keyword argument {name!r}; did you mean '{close}'?"
-            )
+        advice = did_you_mean(name, required)
+        if advice:
+            raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {advice}")
 
 
-def suggesting(called: F) -> F:
+def suggesting(called: F, remarks: Mapping[str, str] | None = None) -> F:
     """Let a function, or a class where it is called, refuse keyword arguments by `keywords`.
 
     A function that passes further arguments on checks these itself; of it, those are refused that stand for
-    arguments it requires. Warnings of the function have one more frame to their caller.
+    arguments it requires. Warnings of the function have one more frame to their caller. `remarks` say of
+    arguments that are required what they are, where they are missing.
     """
     import functools
     import inspect
@@ -112,6 +106,7 @@ def suggesting(called: F) -> F:
     known = [each.name for each in named if each.name != "self"]
     required = [each.name for each in named if each.default is each.empty]
     names = frozenset(known)
+    explained = remarks or {}
 
     @functools.wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
@@ -121,6 +116,9 @@ def suggesting(called: F) -> F:
                 _stand_ins(shown, [name for name in kwargs if name not in names], missing)
             else:
                 keywords(shown, kwargs, known)
+        for name in explained:
+            if name in required[len(args) :] and name not in kwargs:
+                raise TypeError(f"{shown}() missing required argument {name!r}: {explained[name]}")
         return function(*args, **kwargs)
 
     if isinstance(called, type):

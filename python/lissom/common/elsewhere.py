@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import NoReturn
 
 #: Names of other programs and of American English, by what lissom has.
 NAMES: Mapping[str, str] = {
@@ -34,12 +35,25 @@ NAMES: Mapping[str, str] = {
 }
 
 
+#: Materials, which have no names in lissom.
+MATERIALS = ("steel", "aluminium", "aluminum", "nitinol", "rubber", "silicone", "ecoflex")
+
+
+def no_attribute(thing: object, name: str, instead: Mapping[str, str]) -> NoReturn:
+    """Raise AttributeError for an attribute that a thing does not have, with what to use instead."""
+    sentence = f"'lissom.{type(thing).__name__}' object has no attribute {name!r}"
+    hint = instead.get(name)
+    raise AttributeError(f"{sentence}: {hint}" if hint else sentence, name=name, obj=thing)
+
+
 def of_package(name: str, known: Iterable[str]) -> str:
     """What to use in place of a name of the package; empty if there is nothing like it."""
     if name in NAMES:
         return f"; use lissom.{NAMES[name]}"
-    from .._lissom import meant
+    from .._lissom import did_you_mean, meant
 
+    if name.lower() in MATERIALS:
+        return f"; {did_you_mean('material', ('young_modulus', 'density'))}"
     # Names of Python's own protocols, such as `__path__`, stand for nothing.
     if name.startswith("_"):
         return ""

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
+from .._lissom import did_you_mean
 from .._lissom import meant as like
 
 Part = str | int
@@ -57,12 +58,44 @@ def _no_path(path: str) -> ValueError:
     return ValueError(f"parameters: got {path!r}, expected a path of keys such as 'rod[0].segment[0].radius'")
 
 
-def meant(name: str, known: Iterable[str]) -> str:
-    """Advice in place of an unknown name."""
+def meant(name: str, known: Iterable[str], thing: Any = None, place: str = "") -> str:
+    """Advice in place of an unknown name, also one of a part within the thing at this place."""
     names = sorted(known)
-    close = like(name, names) or next(iter(difflib.get_close_matches(name, names, 1, 0.5)), None)
+    before = f"{place}." if place else ""
+    inside = within(thing, _exactly(name))
+    advice = f"did you mean '{before}{inside}'?" if inside else did_you_mean(name, names)
+    if not advice and (inside := within(thing, lambda inner: like(name, inner))):
+        advice = f"did you mean '{before}{inside}'?"
+    close = next(iter(difflib.get_close_matches(name, names, 1, 0.5)), None)
+    if close and not advice:
+        advice = f"did you mean '{close}'?"
     listed = ", ".join(f"'{other}'" for other in names)
-    return f"expected one of {listed}" + (f"; did you mean '{close}'?" if close else "")
+    return f"expected one of {listed}" + (f"; {advice}" if advice else "")
+
+
+def _parts_of(thing: Any) -> dict[str, Any]:
+    """What a table of a scene or an object consists of, by name; empty for plain values."""
+    if isinstance(thing, dict):
+        return thing
+    return {} if thing is None or isinstance(thing, (*PLAIN, list, tuple)) else constructed(thing) or {}
+
+
+def _exactly(name: str) -> Callable[[list[str]], str | None]:
+    return lambda inner: name if name in inner else None
+
+
+def within(thing: Any, is_meant: Callable[[list[str]], str | None]) -> str | None:
+    """The path of the nearest part within a thing whose name is meant, with a star for each list."""
+    nearest = [("", thing)]
+    for path, part in nearest:
+        for key, value in _parts_of(part).items():
+            is_list = isinstance(value, list | tuple) and len(value) > 0
+            inner, place = (value[0], f"{path}{key}[*]") if is_list else (value, f"{path}{key}")
+            found = is_meant(list(_parts_of(inner)))
+            if found:
+                return f"{place}.{found}"
+            nearest.append((f"{place}.", inner))
+    return None
 
 
 def up_to(path: Sequence[Part], count: int) -> str:
@@ -153,6 +186,11 @@ def _set_in_document(document: dict[str, Any], path: Sequence[Part], value: Any)
                 "(a default has to be written into the scene before its parts can be swept, such as "
                 "`gravity = [0, 0, -9.81]` in [scene] for 'scene.gravity[2]')"
             )
+        if is_last and i == 0 and part not in here:
+            # The top level has tables alone.
+            inside = within(document, _exactly(str(part)))
+            if inside:
+                raise ValueError(f"{part}: the scene has no such key; did you mean '{inside}'?")
         if is_last:
             here[part] = value
         else:
@@ -340,7 +378,10 @@ def _inside(thing: Any, path: Sequence[Part], done: int) -> _Inside:
             f"'links[*].rod.{part}{rest}', or the number of a link in place of the star"
         )
     if name is None:
-        raise ValueError(f"{up_to(path, done + 1)}: {meant(part, known)}")
+        # What follows a name says of which kind it is.
+        is_last = done == len(path) - 1
+        advice = meant(part, known, thing if is_last else None, up_to(path, done))
+        raise ValueError(f"{up_to(path, done + 1)}: {advice}")
     # For example Poisson's ratio, which is stored as a shear modulus.
     arguments.setdefault(name, getattr(thing, name, None))
     return _Inside(arguments, name, lambda parts: maker(**parts), done + 1)

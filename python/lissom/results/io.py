@@ -140,10 +140,21 @@ def save(
     disk.write(path, write(result, model))
 
 
+#: What reads files that are no results.
+READ_BY = {
+    ".toml": "lissom.Scene.load reads scenes",
+    ".urdf": "lissom.Robot.from_urdf reads robots",
+    ".xml": "lissom.Robot.from_urdf reads robots from URDF",
+    ".csv": "numpy.loadtxt reads tables, and `lissom.RecordedMotion` takes them",
+}
+
+
 def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
     if path.suffix not in known:
         kinds = ", ".join(known)
-        raise ValueError(f"path: {path.name!r} has to end with one of {kinds}")
+        other = READ_BY.get(path.suffix.lower()) if known is READERS else None
+        elsewhere = f"; {other}" if other else ""
+        raise ValueError(f"path: {path.name!r} has to end with one of {kinds}{elsewhere}")
     return known[path.suffix]
 
 

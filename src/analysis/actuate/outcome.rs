@@ -1,7 +1,7 @@
 //! The result of a search for inputs.
 
 use super::equilibria::NoEquilibrium;
-use crate::analysis::reach::Error;
+use crate::analysis::reach::{Error, remaining};
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
 use crate::model::InvalidShape;
@@ -158,11 +158,7 @@ pub(super) fn message(
                             Start from other inputs `u`."
             .to_owned(),
     };
-    let left = errors.map(|(link, error)| {
-        let Error { position, orientation } = error;
-        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
-    });
-    let left = left.collect::<Vec<_>>().join(", ");
+    let (left, units) = remaining(robot, errors);
     let slack = match slack {
         [] => String::new(),
         names => {
@@ -173,7 +169,7 @@ pub(super) fn message(
             )
         }
     };
-    format!("{said} Remaining error: {left}.{slack}{stable}")
+    format!("{said} Remaining error: {left}.{units}{slack}{stable}")
 }
 
 /// "'a' is", "'a' and 'b' are".

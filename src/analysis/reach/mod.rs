@@ -27,6 +27,7 @@ mod starts;
 mod target;
 
 pub use misfit::Error;
+pub(crate) use outcome::remaining;
 pub use outcome::{Reached, Status};
 pub use preference::Preference;
 pub use target::Target;

@@ -138,11 +138,30 @@ pub(super) fn message(
             format!("The search ended at a shape in which a rod {invalid_shape}.{nodes} Start elsewhere.")
         }
     };
-    let left = errors.map(|(link, error)| {
-        let Error { position, orientation } = error;
-        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
-    });
-    format!("{said} Remaining error: {}.", left.collect::<Vec<_>>().join(", "))
+    let (left, units) = remaining(robot, errors);
+    format!("{said} Remaining error: {left}.{units}")
+}
+
+/// The remaining errors of links in words, and a question about units where they are much larger than the robot.
+pub(crate) fn remaining(robot: &Robot, errors: impl Iterator<Item = (usize, Error)>) -> (String, String) {
+    let (mut largest, mut listed) = (0.0_f64, Vec::new());
+    for (link, Error { position, orientation }) in errors {
+        let name = &robot.links[link].name;
+        listed.push(format!("'{name}' is off by {position:.3e} m and {orientation:.3e} rad"));
+        largest = largest.max(position);
+    }
+    (listed.join(", "), question_of_units(robot, largest))
+}
+
+/// The question about targets that are missed by much more than the size of the robot; empty otherwise.
+fn question_of_units(robot: &Robot, error: f64) -> String {
+    /// Errors over the length of the robot. Targets in millimetres or centimetres are off by more.
+    const FAR: f64 = 10.0;
+    let length = robot.length();
+    match error > FAR * length {
+        true => format!(" The robot is {length:.3} m long: are the targets in metres?"),
+        false => String::new(),
+    }
 }
 
 /// "a is", "a, b and 7 others are".

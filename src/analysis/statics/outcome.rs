@@ -66,6 +66,14 @@ impl Status {
         }
     }
 
+    /// The message of a rod that is deformed too much, without the cure, which is none where the load is absurd; `None` for other
+    /// statuses.
+    pub fn without_cure(self, load_factor: f64) -> Option<String> {
+        let Self::Invalid(shape) = self else { return None };
+        let is_deformed = matches!(shape, InvalidShape::Unresolved { .. } | InvalidShape::Inverted { .. });
+        is_deformed.then(|| ended(shape, load_factor))
+    }
+
     /// Advice about quadrature `nodes` is for models with rods.
     fn message(self, load_factor: f64, has_rods: bool) -> String {
         match self {
@@ -126,7 +134,7 @@ impl Status {
                             .to_owned()
                     }
                 };
-                format!("The search ended at load factor {load_factor:.6} in an invalid shape: the model {invalid_shape}. {cure}.")
+                format!("{} {cure}.", ended(invalid_shape, load_factor))
             }
             Self::Newton(status) => status.message().to_owned(),
             Self::Interrupted => {
@@ -134,6 +142,12 @@ impl Status {
             }
         }
     }
+}
+
+fn ended(invalid_shape: InvalidShape, load_factor: f64) -> String {
+    format!(
+        "The search ended at load factor {load_factor:.6} in an invalid shape: the model {invalid_shape}."
+    )
 }
 
 /// An equilibrium, or the last state of a failed search.

@@ -17,13 +17,15 @@ pub struct Tendons {
     pub commanded_to_push: Vec<(String, f64)>,
     /// Tendons whose friction is ignored at rest, because they have no direction of sliding.
     pub without_friction: Vec<String>,
+    /// Sentences about forces that are absurd for the stiffness of their rods.
+    pub overloads: Vec<String>,
 }
 
 impl Tendons {
     /// Tendons of a robot in a shape, at a time and with the inputs u, which must be the model's; `None`
     /// stands for the defaults. Only a function of time can fail.
     pub fn of(model: &mut RobotModel, q: &[f64], t: f64, u: Option<&[f64]>) -> Result<Self, Interrupted> {
-        let mut found = Self::default();
+        let mut found = Self { overloads: model.overloads(t, u)?, ..Self::default() };
         let robot = model.description();
         if robot.actuators.is_empty() {
             return Ok(found);
@@ -66,9 +68,14 @@ impl Tendons {
         Ok(found)
     }
 
+    /// Text to append to the message of a failure; empty without findings.
+    pub fn of_failure(&self) -> String {
+        self.overloads.iter().map(|sentence| format!(" {sentence}")).collect()
+    }
+
     /// Text to append to a message; empty without findings.
     pub fn message(&self) -> String {
-        let mut message = String::new();
+        let mut message = self.of_failure();
         if !self.slack.is_empty() {
             message += &format!(" Slack: {}.", quoted(self.slack.iter()));
         }

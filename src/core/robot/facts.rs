@@ -2,6 +2,7 @@
 
 use super::description::{Robot, Spans};
 use super::driven::Coordinates;
+use super::explain::text::significant;
 use super::kernel::{elasticity, sizes};
 use super::sweeps::Sweeps;
 use super::turning::Turning;
@@ -80,7 +81,14 @@ fn joined_by(robot: &Robot, closed: &Loop) -> String {
         None => "the world".to_owned(),
     };
     match &closed.tie {
-        Tie::Joint { ends, .. } | Tie::Distance { ends, .. } => ends.each_ref().map(of_end).join(" and "),
+        Tie::Joint { ends, .. } | Tie::Distance { ends, .. } => {
+            let joined = ends.each_ref().map(of_end).join(" and ");
+            let too_short = robot.too_short(closed).map_or_else(String::new, |[apart, length]| {
+                let [apart, length] = [apart, length].map(significant);
+                format!(" ({apart} m apart, and what joins them is only {length} m long)")
+            });
+            joined + &too_short
+        }
         Tie::Coordinates { coordinates, .. } => {
             let names = robot.coordinate_names();
             coordinates.map(|coordinate| format!("\"{}\"", names[coordinate])).join(" and ")

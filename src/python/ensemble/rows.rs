@@ -21,7 +21,7 @@ use crate::robot::{Place, Pose};
 use crate::simulation::ensemble;
 use crate::simulation::ensemble::{Keep, Monitor, Refusal, Run};
 use crate::simulation::methods::Configuration;
-use crate::simulation::simulate::{Control, Simulation, creep, slackness, times_of_run};
+use crate::simulation::simulate::{Control, Simulation, add_overloads, creep, slackness, times_of_run};
 use crate::simulation::time_limit::TimeLimit;
 
 /// Arguments of all runs.
@@ -173,6 +173,7 @@ impl Rows {
         let places = self.places.get(row).or(self.places.first()).map_or(&[][..], Vec::as_slice);
         if let Some(robot) = model.robot_model() {
             *slack = slackness(robot, simulation)?;
+            add_overloads(robot, simulation)?;
             if let Some(doubt) = creep(robot, simulation)? {
                 simulation.add_doubt(&doubt);
             }

@@ -1,6 +1,7 @@
 //! One class for all described parts. At import each table of `description` becomes a subclass, with docstring, signature
 //! and properties.
 
+mod meant;
 mod object;
 mod text;
 mod values;

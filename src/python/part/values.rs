@@ -7,8 +7,11 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
+use super::meant::{misplaced, part_of_numbers};
 use super::object::{PyPart, wrapped};
-use crate::description::schema::{AnyPart, Data as _, Field, Kind, Schema, Value, keyword, suggestion};
+use crate::description::schema::{
+    AnyPart, Data as _, Field, Kind, Schema, Value, suggestion, unexpected, within,
+};
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
@@ -25,8 +28,44 @@ pub(super) fn arguments(
     is_none_default: bool,
     functions: &mut Functions,
 ) -> PyResult<Vec<Option<Value>>> {
+    let given = given_to(schema, args, kwargs)?;
+    let fits = |object: &Bound<'_, PyAny>, field: &Field| {
+        value_of(object, field.name, &field.kind, &mut Functions::default()).map(|_| ())
+    };
+    let refused = |error: PyErr| misplaced(schema, args, fits).unwrap_or(error);
+    let fields = schema.fields.iter().zip(&given);
+    let of_field =
+        |(field, object): (&Field, &Option<_>)| (field.name, object.is_none() && field.is_required());
+    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>()).map_err(refused)?;
+    let length = || length_of(schema, &given);
+    let mut values = vec![None; given.len()];
+    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
+        let Some(object) = object else { continue };
+        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
+        {
+            continue;
+        }
+        let read = match field.kind.along_segment() {
+            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length),
+            _ => value_of(object, field.name, &field.kind, functions),
+        };
+        *value = Some(read.map_err(refused)?);
+    }
+    // A table or a profile determines the length of the part.
+    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
+        values[i] = length()?.map(Value::Number);
+    }
+    Ok(values)
+}
+
+/// The objects given for the fields of the part; refuses those for which there are none.
+fn given_to<'py>(
+    schema: &'static Schema,
+    args: &Bound<'py, PyTuple>,
+    kwargs: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Vec<Option<Bound<'py, PyAny>>>> {
     let refuse = |what: String| PyTypeError::new_err(format!("{}() {what}", schema.maker()));
-    let mut given: Vec<Option<Bound<'_, PyAny>>> = vec![None; schema.fields.len()];
+    let mut given: Vec<Option<Bound<'py, PyAny>>> = vec![None; schema.fields.len()];
     if args.len() > schema.positional {
         let known = schema.names().collect::<Vec<_>>().join(", ");
         let (most, given) = (schema.positional, args.len());
@@ -38,41 +77,24 @@ pub(super) fn arguments(
     for (given, object) in given.iter_mut().zip(args.iter()) {
         *given = Some(object);
     }
+    let mut others: Vec<String> = Vec::new();
     for (key, object) in kwargs.into_iter().flatten() {
         let key = key.cast::<PyString>()?.to_str()?;
-        let Some(i) = schema.index(key) else {
-            let known = schema.names().collect::<Vec<_>>().join(", ");
-            let meant = keyword(key, schema.names()).map_or_else(String::new, |meant| format!("; {meant}"));
-            return Err(refuse(format!(
-                "got an unexpected keyword argument '{key}', expected {known}{meant}"
-            )));
-        };
-        if given[i].replace(object).is_some() {
-            return Err(refuse(format!("got multiple values for argument '{key}'")));
+        match schema.index(key) {
+            Some(i) if given[i].replace(object).is_some() => {
+                return Err(refuse(format!("got multiple values for argument '{key}'")));
+            }
+            Some(_) => {}
+            None => others.push(key.to_owned()),
         }
     }
-    let fields = schema.fields.iter().zip(&given);
-    let of_field =
-        |(field, object): (&Field, &Option<_>)| (field.name, object.is_none() && field.is_required());
-    no_missing(&schema.maker(), &fields.map(of_field).collect::<Vec<_>>())?;
-    let length = || length_of(schema, &given);
-    let mut values = vec![None; given.len()];
-    for ((field, object), value) in schema.fields.iter().zip(&given).zip(&mut values) {
-        let Some(object) = object else { continue };
-        if is_none_default && object.is_none() && !field.is_required() && !matches!(field.kind, Kind::Number)
-        {
-            continue;
-        }
-        *value = Some(match field.kind.along_segment() {
-            Some(kind) if !object.is_none() => along_segment(object, field.name, kind, length)?,
-            _ => value_of(object, field.name, &field.kind, functions)?,
-        });
+    if !others.is_empty() {
+        let others: Vec<_> = others.iter().map(String::as_str).collect();
+        return Err(refuse(unexpected(&others, &schema.names().collect::<Vec<_>>(), |word| {
+            within(schema, word)
+        })));
     }
-    // A table or a profile determines the length of the part.
-    if let Some(i) = schema.index("length").filter(|i| values[*i].is_none()) {
-        values[i] = length()?.map(Value::Number);
-    }
-    Ok(values)
+    Ok(given)
 }
 
 /// The length of the segment that these arguments describe: given, or that of a table or a profile among them.
@@ -114,7 +136,15 @@ pub(super) fn value_of(
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
         Kind::List(inner @ (Kind::Part(_) | Kind::OneOf(..))) => {
             let items = items_of(object, name, &format!("a sequence of lissom.{}", classes_of(inner)))?;
-            list_of(&items, name, inner, functions)
+            list_of(&items, name, inner, functions).map_err(|error| {
+                // Numbers without the part and the list around them.
+                part_of_numbers(object, kinds_of(inner)).map_or(error, |meant| {
+                    let classes = classes_of(inner);
+                    PyTypeError::new_err(format!(
+                        "{name}: expected a sequence of lissom.{classes}, got numbers{meant}"
+                    ))
+                })
+            })
         }
         Kind::List(rows) => rows_of(object, name, rows),
         Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
@@ -240,13 +270,17 @@ fn list_of(
     items.iter().enumerate().map(item).collect::<PyResult<_>>().map(Value::List)
 }
 
+/// The kinds of which a value is one.
+fn kinds_of(kind: &Kind) -> &[Kind] {
+    if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) }
+}
+
 /// Names of the classes of a kind.
 fn classes_of(kind: &Kind) -> String {
     if let Kind::Optional(inner) = kind {
         return format!("{} or None", classes_of(inner));
     }
-    let kinds = if let Kind::OneOf(_, kinds) = kind { kinds } else { std::slice::from_ref(kind) };
-    let mut classes: Vec<_> = kinds.iter().filter_map(Kind::schema).map(Schema::class).collect();
+    let mut classes: Vec<_> = kinds_of(kind).iter().filter_map(Kind::schema).map(Schema::class).collect();
     classes.dedup();
     match classes.split_last() {
         Some((last, first)) if !first.is_empty() => format!("{} or {last}", first.join(", ")),
@@ -336,8 +370,8 @@ fn one_of(
     };
     let classes = classes_of(whole);
     let found = convert::describe(object);
-    let meant = class_meant(object, kinds)
-        .map_or_else(String::new, |class| format!("; did you mean lissom.{class}(...)?"));
+    let meant = class_meant(object, kinds).map(|class| format!("; did you mean lissom.{class}(...)?"));
+    let meant = meant.or_else(|| part_of_numbers(object, kinds)).unwrap_or_default();
     Err(PyTypeError::new_err(format!("{name}: expected {named}{classes}, got {found}{meant}")))
 }
 

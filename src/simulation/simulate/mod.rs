@@ -17,6 +17,7 @@
 mod control;
 mod creep;
 mod growth_errors;
+mod overloads;
 mod recorder;
 mod runner;
 mod slackness;
@@ -42,6 +43,7 @@ use crate::simulation::stepping::Run;
 pub use self::control::{Control, Inputs};
 pub use self::creep::{creep, has_joint_friction};
 pub(crate) use self::growth_errors::unstable_equilibrium;
+pub use self::overloads::add_overloads;
 pub use self::slackness::{Slack, slackness};
 pub use crate::simulation::stepping::{Method, Status};
 

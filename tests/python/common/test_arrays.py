@@ -416,7 +416,10 @@ def test_vectors_are_asked_for_with_their_length():
         TypeError, match=r"^gravity: expected a one-dimensional array of 3 real numbers, got float$"
     ):
         lissom.Rod([WIRE], gravity=9.81)
-    with pytest.raises(TypeError, match=r"^inertia: expected shape \(3,\) or \(3, 3\), got float$"):
+    with pytest.raises(
+        TypeError,
+        match=r"^inertia: expected shape \(3,\) or \(3, 3\), got float; equal ones are \(0.00001,\) \* 3$",
+    ):
         lissom.Body(0.1, inertia=1e-5)
     with pytest.raises(ValueError, match=r"^gravity: expected 3 values, got 1$"):
         lissom.Rod([WIRE], gravity=[9.81])

@@ -6,6 +6,7 @@ import pickle
 import pytest
 
 import lissom
+from lissom.analysis import many
 from lissom.attached.missing import INSTEAD
 from lissom.common.elsewhere import NAMES
 
@@ -35,14 +36,19 @@ MADE = {
     lissom.MotionResult: lambda: lissom.simulate(rod(), 0.02),
     lissom.StaticsResult: lambda: lissom.statics(rod()),
     lissom.Simulation: lambda: lissom.Simulation(rod(), dt=1e-2),
+    lissom.EquilibriaResult: lambda: lissom.statics_many(rod(), q0=[[0, 0], [0.1, 0]]),
 }
 
 
-@pytest.mark.parametrize("kind", INSTEAD)
+#: What to use, also of classes that are written in Python.
+ALL = {**INSTEAD, lissom.EquilibriaResult: many.INSTEAD}
+
+
+@pytest.mark.parametrize("kind", ALL)
 def test_missing_attributes_say_what_to_use(kind):
     made = MADE[kind]()
     assert isinstance(made, kind)
-    for name, hint in INSTEAD[kind].items():
+    for name, hint in ALL[kind].items():
         with pytest.raises(AttributeError) as caught:
             getattr(made, name)
         assert str(caught.value) == f"'lissom.{kind.__name__}' object has no attribute {name!r}: {hint}"
@@ -61,6 +67,11 @@ def test_what_is_advised_works():
     assert len(motion.balance.total) == len(motion.balance.kinetic) == len(motion.t)
     assert rod().pose(rest.q)[:3, 3].shape == (3,)
     assert rod().energy(rest.q, 0 * rest.q).total == pytest.approx(rod().energy(rest.q, 0 * rest.q).total)
+    many_rests = MADE[lissom.EquilibriaResult]()
+    assert rod().pose(many_rests.q)[:, :3, 3].shape == (2, 3)
+    assert many_rests[1].to_xarray().sizes
+    for hint in ("slack", "stability", "lowest_eigenvalue", "space_error", "peaks", "path"):
+        assert hasattr(many_rests[0], hint)
     simulation = MADE[lissom.Simulation]()
     simulation.step(None, 0.02)
     assert simulation.model.pose(simulation.q, t=simulation.t).shape == (4, 4)

@@ -339,3 +339,70 @@ def test_sections_without_inertia_have_no_radius_to_touch_with(inertia, modes, i
     tip = lissom.Contact(lissom.Ball("finger", 0.01), lissom.HalfSpace((0, 0, -0.05)), stiffness=1e3)
     assert lissom.Robot(links, contacts=[tip]).n > 0
     assert lissom.Robot(links).n > 0
+
+
+def over_a_bar(segment, **law):
+    bar = lissom.Capsule((0.15, -0.1, -0.03), (0.15, 0.1, -0.03), 0.02)
+    return lissom.Rod([segment] * 3, contacts=[lissom.Contact("rod", bar, **law)])
+
+
+def soft_cases():
+    rubber = lissom.Segment(0.1, 5e-3, 1e6, poisson_ratio=0.45, density=1100, modes={"bend_y": 4})
+    section = lissom.Section.given((1e-3,) * 3 + (1e3,) * 3, 0.1, inertia=(2e-6, 1e-6, 1e-6))
+    given = lissom.Segment(0.1, section=section, modes={"bend_y": 4})
+    ball = lissom.Link("ball", joint=lissom.Prismatic((0, 0, 1)), body=lissom.Body(0.1))
+    floor = lissom.HalfSpace((0, 0, -0.03))
+    return {
+        "rubber over a bar": lambda k: over_a_bar(rubber, stiffness=k),
+        "rubber on a floor": lambda k: lissom.Rod(
+            [rubber] * 3, contacts=[lissom.Contact("rod", floor, stiffness=k)]
+        ),
+        "cable by its stiffness": lambda k: over_a_bar(given, stiffness=k),
+        "ball": lambda k: lissom.Robot(
+            [ball], contacts=[lissom.Contact(lissom.Ball("ball", 0.02), floor, stiffness=k)]
+        ),
+    }
+
+
+RAISE = re.compile(r"is soft for its load, .*: raise `stiffness` from (\S+) to (\S+) N/m")
+
+
+@pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
+@pytest.mark.parametrize("stiffness", [1.0, 30.0])
+@pytest.mark.parametrize("case", soft_cases())
+def test_following_the_advice_to_raise_the_stiffness_once_is_enough(case, stiffness):
+    """The overlap at which a run ends says too little of the forces: four rounds before."""
+    make = soft_cases()[case]
+    run = lissom.simulate(make(stiffness), 0.5, dt=2e-3)
+    advised = RAISE.search(run.message)
+    assert advised, run.message
+    again = lissom.simulate(make(float(advised[2])), 0.5, dt=2e-3)
+    assert again.status == "finished"
+    assert "is soft" not in again.message
+    assert "is stiff" not in again.message
+    rest = lissom.statics(make(float(advised[2])))
+    assert rest.success
+    assert "is soft" not in rest.message
+
+
+def test_given_sections_say_at_once_what_contact_needs():
+    """Stiffness follows from known loads, once a section has a size; with unknown ones both are asked for."""
+    bare = lissom.Section.given((1e-3,) * 3 + (1e3,) * 3, 0.1)
+    sized = lissom.Section.given((1e-3,) * 3 + (1e3,) * 3, 0.1, inertia=(2e-6, 1e-6, 1e-6))
+    segment = {
+        name: lissom.Segment(0.1, section=each, modes={"bend_y": 4})
+        for name, each in (("bare", bare), ("sized", sized))
+    }
+    with pytest.raises(ValueError, match=r"^contacts\[0\]\.a: .*without inertia, .*$"):
+        over_a_bar(segment["bare"])
+    assert lissom.statics(over_a_bar(segment["sized"]), space_error=False).success
+    bar = lissom.Contact("rod", lissom.Capsule((0.15, -0.1, -0.03), (0.15, 0.1, -0.03), 0.02))
+    spring = [lissom.Support(stiffness=10.0, at=0.1)]
+    with pytest.raises(
+        ValueError, match=r"contacts\[0\]\.stiffness: .*\n?.*contacts\[0\]\.a: .*without inertia"
+    ):
+        lissom.Rod([segment["bare"]], contacts=[bar], supports=spring)
+    with pytest.raises(
+        ValueError, match=r"^contacts\[0\]\.stiffness: got none, expected a number in N/m\^2.*$"
+    ):
+        lissom.Rod([segment["sized"]], contacts=[bar], supports=spring)

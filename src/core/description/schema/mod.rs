@@ -29,5 +29,8 @@ pub use types::{LinkName, PerAxis, Rows, Symmetric};
 #[doc(hidden)]
 pub use lissom_derive::Described;
 #[doc(hidden)]
-pub use suggestion::{LISTED, expected_name, expected_one_of, keyword, quoted, similar, suggestion};
+pub use suggestion::{
+    LISTED, compared, did_you_mean, expected_name, expected_one_of, or_meant, quoted, suggestion, unexpected,
+    within,
+};
 pub(crate) use types::items;

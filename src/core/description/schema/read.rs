@@ -3,7 +3,7 @@
 use std::fmt::{self, Write as _};
 
 use super::data::{AnyPart, Data, Fault, Field, Kind, Problem, Reader, Schema, Step, Value};
-use super::suggestion::{quoted, suggestion};
+use super::suggestion::{or_meant, quoted, suggestion};
 use crate::error::{self, Checker};
 use crate::numerics::lie::QUATERNION_TOLERANCE;
 
@@ -19,7 +19,11 @@ impl From<Problem> for error::Problem {
             Fault::Value { found, expected } | Fault::Type { found, expected } => (found, expected),
             Fault::Missing { key, advice } => ("None".to_owned(), format!("{key}{advice}")),
             Fault::Absent { expected, .. } => ("none".to_owned(), expected.to_owned()),
-            Fault::Unknown { known } => ("an unknown name".to_owned(), format!("one of {}", listed(&known))),
+            Fault::Unknown { known } => {
+                let word = place.rsplit(['.', ']']).next().unwrap_or(&place);
+                let meant = or_meant(word, known.iter().copied());
+                ("an unknown name".to_owned(), format!("one of {}{meant}", listed(&known)))
+            }
             Fault::NotTaken { part, taken } => {
                 (format!("what {} does not take", part.called), format!("one of {}", listed(&taken)))
             }
@@ -41,8 +45,7 @@ impl From<Problem> for error::Problem {
             Fault::Failed => ("a failure".to_owned(), "a function that returns numbers".to_owned()),
             Fault::Word { found, words } => {
                 let known: Vec<_> = words.iter().map(|word| format!("'{word}'")).collect();
-                let meant = suggestion(&found, words.iter().copied())
-                    .map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+                let meant = or_meant(&found, words.iter().copied());
                 (format!("'{found}'"), format!("{}{meant}", known.join(" or ")))
             }
             Fault::Tag { found, tags } => (format!("\"{found}\""), format!("one of {}", listed(&tags))),

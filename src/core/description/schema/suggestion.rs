@@ -1,10 +1,12 @@
 //! Suggestions for unknown words.
 
+use super::data::{Kind, Schema};
+
 /// Smallest similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested.
 const SIMILARITY: f64 = 0.8;
 
 /// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
-const SYMBOLS: [(&str, &[&str]); 77] = [
+const SYMBOLS: &[(&str, &[&str])] = &[
     ("E", &["young_modulus"]),
     ("G", &["shear_modulus"]),
     ("nu", &["poisson_ratio"]),
@@ -19,7 +21,8 @@ const SYMBOLS: [(&str, &[&str]); 77] = [
     ("g", &["gravity"]),
     ("k", &["stiffness"]),
     ("c", &["damping"]),
-    ("d", &["damping"]),
+    ("d", &["damping", "radius"]),
+    ("D", &["radius"]),
     ("mu", &["friction"]),
     ("tau", &["torque", "retardation_time"]),
     ("F", &["force", "tip_force"]),
@@ -27,7 +30,46 @@ const SYMBOLS: [(&str, &[&str]); 77] = [
     ("T", &["tension", "t_end"]),
     ("p", &["pressure"]),
     ("f", &["frequency"]),
-    ("diameter", &["radius"]),
+    ("diameter", &["radius", "outer", "area"]),
+    ("outer_diameter", &["outer", "radius"]),
+    ("inner_diameter", &["inner"]),
+    ("wall_thickness", &["inner"]),
+    ("thickness", &["inner"]),
+    ("size", &["half_extents"]),
+    ("radius", &["area"]),
+    ("lower", &["limits"]),
+    ("upper", &["limits"]),
+    ("max_torque", &["limits"]),
+    ("max_force", &["limits"]),
+    ("effort", &["limits"]),
+    ("com", &["centre"]),
+    ("cog", &["centre"]),
+    ("centre_of_mass", &["centre"]),
+    ("center_of_mass", &["centre"]),
+    ("offset", &["path"]),
+    ("offsets", &["path"]),
+    ("routing", &["path"]),
+    ("points", &["path"]),
+    ("bend", &["bend_y"]),
+    ("bending", &["bend_y"]),
+    ("curvature", &["bend_y"]),
+    ("twist", &["torsion"]),
+    ("twisting", &["torsion"]),
+    ("stretching", &["stretch"]),
+    ("extension", &["stretch"]),
+    ("elongation", &["stretch"]),
+    ("compression", &["stretch"]),
+    ("axial", &["stretch"]),
+    ("shear", &["shear_z"]),
+    ("continuous", &["revolute"]),
+    ("hinge", &["revolute"]),
+    ("slide", &["prismatic"]),
+    ("slider", &["prismatic"]),
+    ("fixed", &["weld"]),
+    ("rigid", &["weld"]),
+    ("ball", &["spherical"]),
+    ("floating", &["free"]),
+    ("freejoint", &["free"]),
     ("damping", &["retardation_time"]),
     ("position", &["base_position"]),
     ("orientation", &["base_orientation"]),
@@ -84,6 +126,59 @@ const SYMBOLS: [(&str, &[&str]); 77] = [
     ("color", &["colour"]),
 ];
 
+/// What to know of values that are not those of the word: words, names that are known, of which the first is meant, and the remark.
+const REMARKS: &[(&[&str], &[&str], &str)] = &[
+    (DIAMETERS, &["radius"], "It is half the diameter"),
+    (DIAMETERS, &["outer"], "It is a radius, half the diameter"),
+    (DIAMETERS, &["inner"], "It is a radius, half the diameter"),
+    (&["wall_thickness", "thickness"], &["inner"], "It is the outer radius less the thickness"),
+    (&["size"], &["half_extents"], "They are half the lengths of the edges"),
+    (&["radius"], &["area"], "It is pi radius^2"),
+    (&["diameter"], &["area"], "It is pi/4 diameter^2"),
+    (
+        &["lower", "upper"],
+        &["limits", "limit_stiffness"],
+        "They are the pair (lower, upper), with the `limit_stiffness` of the stops",
+    ),
+    (
+        &["lower", "upper", "max_torque", "max_force", "effort"],
+        &["limits"],
+        "They are the pair of the lowest and the highest torque or force",
+    ),
+    (
+        &["offset", "offsets", "routing", "points"],
+        &["path"],
+        "It is a list of parts: along a rod with `offset` (y, z) from its axis, and points between which the tendon runs straight",
+    ),
+    (
+        &["bend", "bending", "curvature"],
+        &["bend_y", "bend_z"],
+        "It bends in the plane of x and z, `bend_z` in that of x and y",
+    ),
+    (&["shear"], &["shear_z", "shear_y"], "It goes with `bend_y`, `shear_y` with `bend_z`"),
+];
+
+/// What to write in place of words that stand for no single name: the words, names that are known, and the sentence.
+const SENTENCES: &[(&[&str], &[&str], &str)] = &[
+    (&["material"], &["young_modulus", "density"], MATERIALS),
+    (&["radius", "r", "diameter", "d", "D"], &["stiffness", "mass", "inertia", "centre"], NO_RADIUS),
+    (&["radius", "r", "diameter", "d", "D"], &["centre_of_volume"], NO_SURFACE),
+];
+
+/// Words for a diameter.
+const DIAMETERS: &[&str] = &["d", "D", "diameter", "outer_diameter", "inner_diameter"];
+
+/// What to give for a material.
+const MATERIALS: &str = "materials have no names, their numbers are given: `young_modulus` in Pa, `poisson_ratio` or \
+     `shear_modulus`, and `density` in kg/m^3, such as 2.1e11, 0.3 and 7850 for steel, 1e6, 0.49 and 1100 for rubber";
+
+/// What the size of a given section is.
+const NO_RADIUS: &str = "a given section has no radius: what touches is the ellipse of its `mass` m and `inertia`, \
+     (m r^2 / 2, m r^2 / 4, m r^2 / 4) of a circle, whose radius r is half the diameter";
+
+/// What the size of a body is.
+const NO_SURFACE: &str = "a body has no surface: what touches is a ball, sphere, box or capsule on its link, and its size is in its `inertia`";
+
 /// How to describe a segment by the stiffness of its sections.
 const BY_STIFFNESS: &str = "a segment takes moduli and a radius, or what is per length as section=lissom.Section.given(stiffness=(GJ, EI_y, EI_z, EA, GA_y, GA_z), mass=...)";
 
@@ -109,11 +204,92 @@ pub fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Optio
         .map(|(_, other)| other)
 }
 
+/// The name that an unknown word may stand for, between these marks, and what to know of its value; `None` if nothing is like it.
+pub fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>, mark: &str) -> Option<String> {
+    let known: Vec<_> = known.collect();
+    let fits = |(words, names, _): &&(&[&str], &[&str], &str)| {
+        words.contains(&word) && names.iter().all(|name| known.contains(name))
+    };
+    if let Some((.., sentence)) = SENTENCES.iter().find(fits) {
+        return Some((*sentence).to_owned());
+    }
+    let meant = suggestion(word, known.iter().copied())?;
+    let remark = REMARKS
+        .iter()
+        .find(|row| fits(row) && row.1[0] == meant)
+        .map_or_else(String::new, |(.., remark)| format!(" {remark}"));
+    Some(format!("did you mean {mark}{meant}{mark}?{remark}"))
+}
+
+/// The end of a message about an unknown word: the name that it may stand for, or nothing.
+pub fn or_meant<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
+    did_you_mean(word, known, "'").map_or_else(String::new, |meant| format!("; {meant}"))
+}
+
 /// What to write in place of an unknown keyword, in words of Python; `None` if nothing is like it.
-pub fn keyword<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<String> {
-    let meant = suggestion(word, known)?;
-    let is_of_sections = meant == "section" && SYMBOLS.iter().any(|(symbol, _)| *symbol == word);
-    Some(if is_of_sections { BY_STIFFNESS.to_owned() } else { format!("did you mean '{meant}'?") })
+fn keyword(word: &str, known: &[&str]) -> Option<String> {
+    let is_of_sections = SYMBOLS.iter().any(|(symbol, names)| *symbol == word && *names == ["section"]);
+    if is_of_sections && known.contains(&"section") {
+        return Some(BY_STIFFNESS.to_owned());
+    }
+    did_you_mean(word, known.iter().copied(), "'")
+}
+
+/// What is said of keywords that a call does not take, all of them at once, in words of Python; `elsewhere` says where a word belongs
+/// that is like none of those that are known.
+pub fn unexpected(words: &[&str], known: &[&str], elsewhere: impl Fn(&str) -> Option<String>) -> String {
+    let expected = known.join(", ");
+    if let [word] = words {
+        let meant = keyword(word, known).or_else(|| elsewhere(word));
+        let meant = meant.map_or_else(String::new, |meant| format!("; {meant}"));
+        return format!("got an unexpected keyword argument '{word}', expected {expected}{meant}");
+    }
+    let each = |word: &&str| match keyword(word, known).or_else(|| elsewhere(word)) {
+        Some(meant) => format!("'{word}' ({meant})"),
+        None => format!("'{word}'"),
+    };
+    let all: Vec<_> = words.iter().map(each).collect();
+    format!("got unexpected keyword arguments {}, expected {expected}", all.join(", "))
+}
+
+/// Where a word belongs that a part does not take: the nearest part within it that takes it, or what the word stands for.
+pub fn within(part: &'static Schema, word: &str) -> Option<String> {
+    let stands_for = SYMBOLS.iter().find(|(symbol, _)| *symbol == word).map_or(&[][..], |(_, names)| names);
+    let mut seen = vec![part];
+    let mut next = 0;
+    while let Some(schema) = seen.get(next).copied() {
+        next += 1;
+        if next > 1 {
+            let class = schema.maker();
+            if schema.index(word).is_some() {
+                return Some(format!("it belongs to lissom.{class}"));
+            }
+            if let Some(name) = stands_for.iter().find(|name| schema.index(name).is_some()) {
+                let meant = did_you_mean(word, [*name].into_iter(), "'")?.replacen(
+                    '?',
+                    &format!(" of lissom.{class}?"),
+                    1,
+                );
+                return Some(meant);
+            }
+        }
+        for schema in schema.fields.iter().flat_map(|field| parts_of(&field.kind)) {
+            if !seen.iter().any(|known| std::ptr::eq(*known, schema)) {
+                seen.push(schema);
+            }
+        }
+    }
+    None
+}
+
+/// The parts that a value of this kind consists of.
+fn parts_of(kind: &'static Kind) -> Vec<&'static Schema> {
+    match kind {
+        Kind::Part(schema) => vec![*schema],
+        Kind::List(inner) | Kind::Optional(inner) | Kind::Open(inner) => parts_of(inner),
+        Kind::OneOf(_, kinds) => kinds.iter().flat_map(parts_of).collect(),
+        _ => Vec::new(),
+    }
 }
 
 /// Maximum number of names listed in messages.
@@ -130,8 +306,9 @@ pub fn quoted(words: &[&str], between: &str) -> String {
 /// Advice for an unknown word.
 pub fn expected_one_of(word: &str, words: &[&str]) -> String {
     let expected = quoted(words, " or ");
-    match suggestion(word, words.iter().copied()) {
-        Some(similar) => format!("did you mean \"{similar}\"? Expected {expected}"),
+    match did_you_mean(word, words.iter().copied(), "\"") {
+        Some(meant) if meant.ends_with('?') => format!("{meant} Expected {expected}"),
+        Some(meant) => format!("{meant}. Expected {expected}"),
         None => format!("expected {expected}"),
     }
 }
@@ -141,15 +318,16 @@ pub fn expected_name(name: &str, names: &[&str], what: &str) -> String {
     if names.len() <= LISTED {
         return expected_one_of(name, names);
     }
-    match similar(name, names) {
-        Some(similar) => format!("did you mean \"{similar}\"?"),
+    match did_you_mean(name, compared(names), "\"") {
+        Some(meant) => meant,
         None => format!("expected one of {} {what}s, such as \"{}\"", names.len(), names[0]),
     }
 }
 
-/// The most similar of some names, unless they are too many to compare.
-pub fn similar<'a>(name: &str, names: &[&'a str]) -> Option<&'a str> {
-    if names.len() <= COMPARED { suggestion(name, names.iter().copied()) } else { None }
+/// The names among which a similar one is searched: none if they are too many.
+pub fn compared<'a>(names: &'a [&'a str]) -> impl Iterator<Item = &'a str> {
+    let names = if names.len() <= COMPARED { names } else { &[] };
+    names.iter().copied()
 }
 
 #[cfg(test)]
@@ -172,8 +350,46 @@ mod tests {
     }
 
     #[test]
+    fn values_that_are_others_than_those_of_the_word_are_explained() {
+        let said = |word| did_you_mean(word, OF_SEGMENT.into_iter(), "`");
+        let expected = "did you mean `radius`? It is half the diameter";
+        assert_eq!(["diameter", "d", "D"].map(said), [(); 3].map(|()| Some(expected.to_owned())));
+        assert_eq!(said("r"), Some("did you mean `radius`?".to_owned()));
+        // A tube says which radius.
+        assert_eq!(
+            did_you_mean("inner_diameter", ["outer", "inner"].into_iter(), "'"),
+            Some("did you mean 'inner'? It is a radius, half the diameter".to_owned())
+        );
+    }
+
+    #[test]
+    fn all_unknown_words_are_answered_at_once() {
+        assert_eq!(
+            unexpected(&["E", "zzz", "diameter"], &OF_SEGMENT, |_| None),
+            "got unexpected keyword arguments 'E' (did you mean 'young_modulus'?), 'zzz', 'diameter' (did you mean 'radius'? It is \
+             half the diameter), expected length, radius, young_modulus, shear_modulus, retardation_time"
+        );
+        assert_eq!(
+            unexpected(&["zzz"], &["a", "b"], |_| Some("it belongs to c".to_owned())),
+            "got an unexpected keyword argument 'zzz', expected a, b; it belongs to c"
+        );
+    }
+
+    #[test]
+    fn remarks_are_of_words_that_stand_for_the_name() {
+        for (words, names, _) in REMARKS {
+            for word in *words {
+                let symbol = SYMBOLS.iter().find(|(symbol, _)| symbol == word);
+                let meant = |(_, meant): &(&str, &[&str])| meant.contains(&names[0]);
+                // Not every word for a diameter is one of every radius.
+                assert!(symbol.is_some_and(meant) || DIAMETERS.contains(word), "{word}: {names:?}");
+            }
+        }
+    }
+
+    #[test]
     fn stiffnesses_of_sections_say_how_segments_take_them() {
-        let said = |word| keyword(word, OF_SEGMENT.into_iter().chain(["section", "modes"]));
+        let said = |word| keyword(word, &[&OF_SEGMENT[..], &["section", "modes"]].concat());
         assert_eq!(said("EI"), Some(BY_STIFFNESS.to_owned()));
         assert_eq!(said("n_modes"), Some("did you mean 'modes'?".to_owned()));
         assert_eq!(said("nonsense"), None);

@@ -6,7 +6,9 @@ use std::collections::HashMap;
 use super::driven::Driven;
 use super::link::{Link, described as links};
 use super::robot::Robot;
-use crate::description::schema::{Fault, LISTED, LinkName, Problem, Reader, expected_name, quoted, similar};
+use crate::description::schema::{
+    Fault, LISTED, LinkName, Problem, Reader, compared, expected_name, or_meant, quoted,
+};
 use crate::error::InvalidInput;
 use crate::robot::effects::actuator::described::PathPart;
 use crate::robot::effects::actuator::{
@@ -37,22 +39,33 @@ pub(crate) struct Named<'a> {
     coordinates: OnceCell<HashMap<String, usize>>,
 }
 
+/// Names of the world in other programs.
+const WORLDS: [&str; 3] = ["world", "ground", "earth"];
+
 /// The problem of a name that is not among `names`, or of a missing name.
 fn unknown(what: &'static str, name: Option<&str>, names: &[&str], expected: &str) -> Fault {
     let word = name.unwrap_or_default();
     let listed = || names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
-    let meant = similar(word, names).map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+    let meant = or_meant(word, compared(names));
     let expected = match (expected, names.len() <= LISTED) {
         ("", true) => format!("one of the {what}s: {}{meant}", listed()),
         ("", false) => format!("the name of a {what} of the robot{meant}"),
         (expected, _) => format!("{expected}{meant}"),
+    };
+    let is_world = what == "link" && WORLDS.contains(&word);
+    let [expected, in_scenes] = match is_world {
+        true => [
+            format!("{expected}; the world is no link: None in its place"),
+            "leave it out: what is on no link is in the world".to_owned(),
+        ],
+        false => [expected, expected_name(word, names, what)],
     };
     let found = name.map_or_else(|| "none".to_owned(), |name| format!("'{name}'"));
     let wrong = name.map_or_else(
         || format!("no {what}, and there are several"),
         |name| format!("no {what} is called \"{name}\""),
     );
-    Fault::Name { python: [found, expected], scene: [wrong, expected_name(word, names, what)] }
+    Fault::Name { python: [found, expected], scene: [wrong, in_scenes] }
 }
 
 impl<'a> LinkNames<'a> {
@@ -96,9 +109,10 @@ impl<'a> LinkNames<'a> {
             1..=LISTED => format!("expected one of the links before: {}", quoted(before, ", ")),
             _ => expected_name(name, before, "link"),
         };
-        let meant = similar(name, before).filter(|_| found.is_none());
-        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
-        let expected = format!("the name of a link that stands before this one{meant}");
+        let meant = if found.is_none() { or_meant(name, compared(before)) } else { String::new() };
+        let is_world = found.is_none() && WORLDS.contains(&name.as_str());
+        let world = if is_world { "; the world is no link: leave `parent` out" } else { "" };
+        let expected = format!("the name of a link that stands before this one{meant}{world}");
         reader
             .refuse("parent", Fault::Name { python: [format!("'{name}'"), expected], scene: [wrong, right] });
         None

@@ -4,6 +4,12 @@ use super::{Robot, link::Link};
 use crate::robot::effects::actuator::Actuator;
 use crate::robot::effects::loops::{Loop, LoopEnd, Tie};
 
+/// Place of stretch among the strains.
+const STRETCH: usize = 3;
+
+/// Lengths that differ by less are equal.
+const ROUNDING: f64 = 1e-9;
+
 /// Lengths of the chains of links that move the ends of loops and tendons, in metres: from the first joint or rod that moves an end to
 /// this end. Other links and the position of the first joint have no influence. For points that only prismatic joints move, it is the
 /// length of the tendon or of the distance itself.
@@ -70,6 +76,31 @@ impl<'a> Spans<'a> {
     /// This span, or the length of the robot if it is zero.
     fn or_robot(&self, span: f64) -> f64 {
         if span > 0.0 { span } else { self.robot.length() }
+    }
+}
+
+impl Robot {
+    /// The distance of the base of a chain from the place in the world to which a loop ties its end, and the length of the chain, if it
+    /// is too short, in metres; `None` if it is not, or if joints or stretch make it longer.
+    pub(crate) fn too_short(&self, closed: &Loop) -> Option<[f64; 2]> {
+        let [a, b] = closed.tie.ends()?;
+        let (end, anchor) = if b.link.is_none() { (a, b) } else { (b, a) };
+        let (mut link, None) = (&self.links[end.link?], anchor.link) else { return None };
+        let bar = if let Tie::Distance { length, .. } = closed.tie { length } else { 0.0 };
+        let mut length = bar + end.at.unwrap_or(link.length()) + size(end.position);
+        let is_fixed = |link: &Link| {
+            let turns = link.joint.motions().iter().all(|motion| motion.is_turn());
+            turns && link.rod.iter().all(|segment| segment.modes[STRETCH] == 0)
+        };
+        while is_fixed(link) {
+            let Some(parent) = link.parent else {
+                let apart = size(std::array::from_fn(|i| anchor.position[i] - link.position[i]));
+                return (apart > (1.0 + ROUNDING) * length).then_some([apart, length]);
+            };
+            length += self.distance_to(link);
+            link = &self.links[parent];
+        }
+        None
     }
 }
 

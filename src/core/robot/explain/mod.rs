@@ -2,9 +2,11 @@
 
 pub(crate) mod cost;
 pub(crate) mod explanation;
+mod overload;
 pub(crate) mod text;
 mod units;
 
 pub use cost::Multiplications;
 pub use explanation::Explanation;
+pub(crate) use overload::overloads;
 pub(crate) use units::implausible_units;

@@ -1,8 +1,9 @@
 //! Questions about numbers that are probably in other units than SI.
 
 use super::text::significant;
-use crate::description::rod::{Section, Segment};
-use crate::robot::description::Robot;
+use crate::description::rod::{Section, SectionProperties, Segment};
+use crate::robot::description::{Link, Robot};
+use crate::robot::effects::actuator::{Actuator, Along};
 
 /// Pascals: softer than anything that holds its shape; brain and the softest gels have about 1 kPa (Engler et al. 2006).
 const SOFTEST: f64 = 1e3;
@@ -20,8 +21,19 @@ const WIDEST: f64 = 1.0;
 /// m/s^2: gravity above this is probably in other units.
 const STRONGEST_GRAVITY: f64 = 100.0;
 
+/// m/s^2: the Earth's gravity in millimetres and milliseconds, and the part of it by which others may differ.
+const IN_MILLISECONDS: f64 = 9.81e-3;
+const ALIKE: f64 = 5e-3;
+
 /// Parts of a segment between the places where its width is looked at.
 const PLACES: u32 = 16;
+
+/// Offset of a tendon or chamber over the half width of its rod: guide disks have at most a hundred, and offsets in millimetres at least
+/// five hundred, as a tendon runs no nearer to the axis than by half the radius.
+const FARTHEST: f64 = 200.0;
+
+/// Area of a chamber over that of the section around it: bellows beside a rod are a few times as wide as it.
+const WIDEST_CHAMBER: f64 = 10.0;
 
 /// A sentence about each implausible modulus, density and width, and about the gravity; each is said once.
 pub(crate) fn implausible_units(robot: &Robot) -> Vec<String> {
@@ -56,12 +68,70 @@ pub(crate) fn implausible_units(robot: &Robot) -> Vec<String> {
             say(format!("{:?} is {} m wide; lengths are in metres.", link.name, significant(2.0 * widest)));
         }
     }
+    robot.actuators.iter().flat_map(|actuator| of_actuator(robot, actuator)).for_each(&mut say);
     let strength = robot.gravity.iter().fold(0.0_f64, |sum, g| sum.hypot(*g));
+    if (strength - IN_MILLISECONDS).abs() < ALIKE * IN_MILLISECONDS {
+        let strength = significant(strength);
+        say(format!(
+            "Gravity is {strength} m/s², that of the Earth is 9.81; {strength} is its number in mm/ms², but lengths are in metres, times \
+             in seconds and masses in kilograms."
+        ));
+    }
     if strength > STRONGEST_GRAVITY {
         let strength = significant(strength);
         say(format!("Gravity is {strength} m/s², on Earth it is 9.81; lengths are in metres."));
     }
     said
+}
+
+/// Offsets far beside the rod, or beyond its length, and chambers that are larger than their rods.
+fn of_actuator(robot: &Robot, actuator: &Actuator) -> Vec<String> {
+    let kind = if actuator.pulls() { "tendon" } else { "chamber" };
+    let name = actuator.name();
+    let mut said = Vec::new();
+    for along in actuator.along() {
+        let link = &robot.links[along.link];
+        let width = link.rod.iter().map(half_width).fold(0.0, f64::max);
+        let offset = largest_offset(along);
+        // Given sections without inertia have no width.
+        if offset > link.length() || width > 0.0 && offset > FARTHEST * width {
+            said.push(format!(
+                "The {kind} {name:?} runs {} m beside the axis of {:?}, which is {} m long{}; are its offsets in metres?",
+                significant(offset),
+                link.name,
+                significant(link.length()),
+                if width > 0.0 { format!(" and {} m wide", significant(2.0 * width)) } else { String::new() },
+            ));
+        }
+        if let Actuator::Chamber(chamber) = actuator
+            && let Some(outline) = outline(link)
+            && chamber.area > WIDEST_CHAMBER * outline
+        {
+            said.push(format!(
+                "The chamber {name:?} has an area of {} m², the section of {:?} {} m²; is it in square metres?",
+                significant(chamber.area),
+                link.name,
+                significant(outline),
+            ));
+        }
+    }
+    said
+}
+
+/// The largest distance of a part of a path from the axis of its rod.
+fn largest_offset(along: &Along) -> f64 {
+    let at = |i| along.offset.each_ref().map(|offset| offset.at(f64::from(i) / f64::from(PLACES))[0]);
+    (0..=PLACES).map(at).map(|[y, z]| y.hypot(z)).fold(0.0, f64::max)
+}
+
+/// The largest area within the outlines of a rod's sections; `None` if one is given without it.
+fn outline(link: &Link) -> Option<f64> {
+    let at =
+        |segment: &Segment, i| SectionProperties::at(segment, f64::from(i) / f64::from(PLACES)).outline_area;
+    let areas = link.rod.iter().flat_map(|segment| (0..=PLACES).map(move |i| at(segment, i)));
+    let [least, most] =
+        areas.fold([f64::INFINITY, 0.0], |[least, most], area| [area.min(least), area.max(most)]);
+    (least > 0.0 && most > 0.0).then_some(most)
 }
 
 /// The largest half extent of a segment's section.

@@ -97,7 +97,7 @@ impl InContact for RobotModel {
         if self.facts.has_contact {
             let mut touches = failed.iter().map(|q| self.touches(q, &vec![0.0; q.len()])).enumerate();
             let (number, touches) = touches.find(|(_, touches)| !touches.is_empty()).unwrap_or_default();
-            said += &contact::advice::advice(&self.robot, &touches, number > 0, deepest);
+            said += &contact::advice::advice(&self.robot, &touches, number > 0, deepest, !failed.is_empty());
         }
         said + &self.advice_on_stops(failed) + &self.advice_on_tendons(failed)
     }

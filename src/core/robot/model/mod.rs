@@ -16,6 +16,7 @@ use super::plan::point::Place;
 use super::state::tangent::Tangent;
 use crate::description::body::Body;
 use crate::description::rod::STRAINS;
+use crate::error::Interrupted;
 use crate::error::{Checker, InvalidInput};
 use crate::model::constraint::one_sided::TAUT;
 use crate::model::constraint::{Independent, one_sided};
@@ -29,7 +30,7 @@ use crate::robot::effects::actuator::plan::Line;
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::loops::explain::explain_redundant;
 use crate::robot::effects::loops::{Loop, Tie};
-use crate::robot::explain::{Explanation, Multiplications, cost, implausible_units};
+use crate::robot::explain::{Explanation, Multiplications, cost, implausible_units, overloads};
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -482,6 +483,12 @@ impl RobotModel {
     /// Questions about moduli, densities, widths and a gravity that are probably in other units than SI. Allocates.
     pub fn implausible_units(&self) -> Vec<String> {
         implausible_units(&self.robot)
+    }
+
+    /// Sentences about forces that are absurd for the stiffness of their rods, at a time and with the inputs u, by default those of the
+    /// description. Allocates. Only a function of time can fail.
+    pub fn overloads(&self, t: f64, u: Option<&[f64]>) -> Result<Vec<String>, Interrupted> {
+        overloads(&self.robot, t, u)
     }
 
     /// The stiffness of every contact: given, of the material or from the loads, in N/m^2 with a rod, otherwise in N/m. Allocates.

@@ -19,6 +19,7 @@ pub(crate) fn advice(
     touches: &[ReportedTouch],
     is_ahead: bool,
     deepest: Option<Overlap>,
+    has_failed: bool,
 ) -> String {
     let mut said = String::new();
     if let Some(touch) = touches.iter().max_by(|a, b| a.share.total_cmp(&b.share)) {
@@ -28,7 +29,7 @@ pub(crate) fn advice(
     let deepest =
         seen.iter().map(overlap).fold(deepest, |deepest, found| Overlap::deeper(deepest, Some(found)));
     if let Some(overlap) = deepest.filter(|overlap| overlap.share > LARGE_OVERLAP) {
-        said += &soft(robot, overlap);
+        said += &soft(robot, overlap, has_failed);
     }
     said
 }
@@ -73,9 +74,11 @@ fn on_contact_point(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> Str
     said
 }
 
-fn soft(robot: &Robot, overlap: Overlap) -> String {
+fn soft(robot: &Robot, overlap: Overlap, has_failed: bool) -> String {
     let contact = &robot.contacts[overlap.contact];
     let stiffness = stiffnesses(robot)[overlap.contact];
+    // What ended on the way into each other says too little of the force.
+    let needed = Some(needed_stiffness(robot, contact)).filter(|needed| has_failed && needed.is_finite());
     format!(
         " The contact \"{}\" is soft for its load, its surfaces overlap by up to {:.1e} m, {} of {}: raise `stiffness` from {} to {} {}.",
         contact.name,
@@ -83,7 +86,7 @@ fn soft(robot: &Robot, overlap: Overlap) -> String {
         percent(overlap.share),
         thickness(contact),
         rounded(stiffness),
-        rounded(fitting(contact, stiffness, overlap)),
+        rounded(fitting(contact, stiffness, overlap).max(needed.unwrap_or(0.0))),
         if contact.is_spread() { "N/m^2" } else { "N/m" },
     )
 }

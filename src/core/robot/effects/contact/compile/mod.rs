@@ -9,7 +9,7 @@ mod stiffness;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-use crate::error::InvalidInput;
+use crate::error::{Checker, InvalidInput};
 use crate::numerics::lie::Vector;
 use crate::robot::compile::links::Tree;
 use crate::robot::description::Robot;
@@ -45,9 +45,11 @@ const THIN_RADIUS: f64 = 1e-2;
 
 /// Rejects contacts without a stiffness, of sections without extent, and of rods that are thicker than their bores.
 pub(crate) fn check<G: Turning>(robot: &Robot, plan: &Plan<G>) -> Result<(), InvalidInput> {
-    check_stiffness(robot)?;
-    check_bores(robot, &plan.effects.contacts)?;
-    check_extents(robot, plan)
+    let mut check = Checker::new();
+    check.all(check_stiffness(robot));
+    check.all(check_extents(robot, plan));
+    check.finish()?;
+    check_bores(robot, &plan.effects.contacts)
 }
 
 /// Places of all surfaces fixed to links, in the order of contacts and their surfaces.

@@ -54,15 +54,26 @@ pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
     robot.contacts.iter().map(stiffness).collect()
 }
 
-/// The default stiffness of a contact if only the known forces acted.
+/// The default stiffness of a contact if only the known forces acted, of a single point that at which they cause the overlap of the
+/// default. Infinite without forces.
 pub(crate) fn needed_stiffness(robot: &Robot, contact: &Contact) -> f64 {
-    of_material(contact, robot).min(Known::new(robot).of_loads(contact))
+    let known = Known::new(robot);
+    match contact.is_spread() {
+        true => of_material(contact, robot).min(known.of_loads(contact)),
+        false => known.at_a_point(contact),
+    }
 }
 
 /// Rejects contacts of rods without a material whose stiffness does not follow from the loads either.
 pub(super) fn check_stiffness(robot: &Robot) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
+    let known = Known::new(robot);
     for (i, (contact, stiffness)) in robot.contacts.iter().zip(stiffnesses(robot)).enumerate() {
+        // Rods without extent are refused by themselves; with one, the loads say the stiffness.
+        let is_thin = rods(contact).any(|link| known.rods[link].radius <= 0.0);
+        if is_thin && contact.stiffness.is_none() && known.is_complete(contact) {
+            continue;
+        }
         let found = if contact.stiffness.is_none() { "none" } else { "\"material\"" };
         let expected = "a number in N/m^2: sections of given stiffness have no material";
         check.require(stiffness.is_finite(), &format!("contacts[{i}].stiffness"), found, expected);
@@ -121,6 +132,16 @@ struct KnownLoads {
     moment: f64,
     /// Whether forces act that are unknown before a run.
     is_unknown: bool,
+}
+
+/// How known forces press on a contact.
+struct Pressed {
+    /// Newtons.
+    force: f64,
+    /// The overlap that they may cause, metres.
+    overlap: f64,
+    /// Smallest radius of its rods; infinite without rods.
+    radius: f64,
 }
 
 impl KnownLoads {
@@ -184,6 +205,20 @@ impl Known {
 
     /// The stiffness at which the overlap is small even if all forces act at one edge; infinite without forces.
     fn of_loads(&self, contact: &Contact) -> f64 {
+        let Pressed { force, overlap, radius } = self.pressed(contact);
+        let stiffness = force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt());
+        if stiffness > 0.0 { stiffness } else { f64::INFINITY }
+    }
+
+    /// The same of surfaces that touch at a point, whose force is proportional to the overlap.
+    fn at_a_point(&self, contact: &Contact) -> f64 {
+        let Pressed { force, overlap, .. } = self.pressed(contact);
+        let stiffness = force / overlap;
+        if stiffness > 0.0 { stiffness } else { f64::INFINITY }
+    }
+
+    /// The largest known force on a contact, and the overlap that it may cause.
+    fn pressed(&self, contact: &Contact) -> Pressed {
         let rods = || rods(contact).map(|link| self.rods[link]);
         let shapes = contact.surfaces.iter().map(|surface| match surface {
             Surface::Ball { radius, .. } => *radius,
@@ -199,8 +234,7 @@ impl Known {
         };
         let bending = rods().map(|rod| BENDING / (rod.length * rod.compliance)).fold(0.0, f64::max);
         let force = largest(KnownLoads::force) + largest(|all| all.moment) / length + bending;
-        let stiffness = force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt());
-        if stiffness > 0.0 { stiffness } else { f64::INFINITY }
+        Pressed { force, overlap, radius }
     }
 }
 
