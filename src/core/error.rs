@@ -98,6 +98,17 @@ impl fmt::Display for Number {
     }
 }
 
+/// A computed number in messages, to three digits.
+#[derive(Clone, Copy, Debug)]
+pub struct Rounded(pub f64);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rounded = format!("{:.2e}", self.0).parse().unwrap_or(self.0);
+        Number(rounded).fmt(f)
+    }
+}
+
 /// Collects the problems of an input, so that all of them are reported at once.
 #[derive(Debug, Default)]
 pub struct Checker {

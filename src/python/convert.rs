@@ -9,7 +9,7 @@ use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyT
 
 use super::callback::Nested;
 use crate::description::rod::diagonal;
-use crate::error::Checker;
+use crate::error::{Checker, Number};
 use crate::numerics::lie::Rotation;
 use crate::numerics::linalg::Matrix;
 use crate::python::errors::OrRaise as _;
@@ -301,8 +301,17 @@ pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>>
     let Numbers { values, shape } = numbers(value, name, VECTOR)?;
     match shape.len() {
         1 => Ok(values),
-        _ => Err(PyTypeError::new_err(format!("{name}: expected {VECTOR}, got {}", describe(value)))),
+        _ => Err(not_a_vector(value, name, VECTOR, &values)),
     }
+}
+
+/// The error of a value that is no vector; of a number, with how it is written as one.
+fn not_a_vector(value: &Bound<'_, PyAny>, name: &str, expected: &str, values: &[f64]) -> PyErr {
+    let instead = match values {
+        &[number] => format!("; for one number write [{}]", Number(number)),
+        _ => String::new(),
+    };
+    PyTypeError::new_err(format!("{name}: expected {expected}, got {}{instead}", describe(value)))
 }
 
 /// A vector from an array-like, or from a single number, and which of these it was.
@@ -328,7 +337,7 @@ pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyRes
     let Numbers { values, shape } = numbers(value, name, &expected)?;
     match shape.len() {
         1 => of_length(values, n, name),
-        _ => Err(PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)))),
+        _ => Err(not_a_vector(value, name, &expected, if n == 1 { &values } else { &[] })),
     }
 }
 

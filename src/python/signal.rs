@@ -233,7 +233,9 @@ impl PyInput {
         let name = required!("Input", others, name);
         let Ok(name) = name.extract::<String>() else {
             let found = convert::describe(name);
-            return Err(PyTypeError::new_err(format!("name: expected a string, got {found}")));
+            return Err(PyTypeError::new_err(format!(
+                "name: expected a string, got {found}; an input has a name and one value, which `simulate` changes by `u` or `control`"
+            )));
         };
         let (values, is_number) = match default {
             Some(default) => convert::scalar_or_vector(default, "default")?,
@@ -248,7 +250,8 @@ impl PyInput {
                 values.len() == if is_number { 1 } else { 3 },
                 "default",
                 found,
-                "one number, or three",
+                "one number, or three; a table of values over the time is given in place of the input, as (times, values), or by \
+                 a controller: `simulate(..., control=lambda t, q, v: [numpy.interp(t, times, values)])`",
             );
         }
         check.finish().or_raise()?;

@@ -27,6 +27,7 @@ from ..analysis.quantiles import BAND, quantiles
 from ..analysis.sensitivities import SensitivityResult
 from ..common import disk
 from ..common.arguments import number, path_of, whole
+from ..common.elsewhere import WRITTEN, of_suffix
 from ..common.extras import missing
 from ..model import views
 from ..model.views import Coordinate, View, view
@@ -404,7 +405,8 @@ def animate_mode(
 def _suffixed(path: str | os.PathLike[str]) -> Path:
     path = path_of(path)
     if path.suffix not in CODECS:
-        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
+        instead = of_suffix(path.suffix, WRITTEN, "animate")
+        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}{instead}")
     return path
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from .._lissom import __version__
 from ..common import disk
 from ..common.arguments import path_of, suggesting
+from ..common.elsewhere import READ, WRITTEN, of_suffix
 from ..common.extras import missing
 from . import records
 from .datasets import dataset
@@ -143,7 +144,8 @@ def save(
 def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
     if path.suffix not in known:
         kinds = ", ".join(known)
-        raise ValueError(f"path: {path.name!r} has to end with one of {kinds}")
+        instead = of_suffix(path.suffix, *((READ, "load") if known is READERS else (WRITTEN, "save")))
+        raise ValueError(f"path: {path.name!r} has to end with one of {kinds}{instead}")
     return known[path.suffix]
 
 
