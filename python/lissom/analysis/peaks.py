@@ -59,8 +59,8 @@ class Peak:
         is stretched or pressed.
     X : float or None
         Arc length on the rod, metres; None where the part is no rod.
-    t : float
-        Time, seconds.
+    t : float or None
+        Time, seconds; None of an equilibrium.
     index : int
         Index of the state in the result.
     limit : float or None
@@ -76,7 +76,7 @@ class Peak:
     part: str
     value: float
     X: float | None
-    t: float
+    t: float | None
     index: int
     limit: float | None = None
 
@@ -91,9 +91,11 @@ class Peak:
     def __str__(self) -> str:
         place = "" if self.X is None else f" at X = {self.X:.4g} m"
         allowed = "" if self.limit is None else f", {self._sized(self.limit)} is allowed,"
-        return (
-            f"{self.quantity} of {self.part}: {self._sized(self.value)}{allowed}{place}, t = {self.t:.6g} s"
+        when = "" if self.t is None else f", t = {self.t:.6g} s"
+        value = f"{self._sized(self.value)}{allowed}{place}".removesuffix(
+            "," if not when and not place else ""
         )
+        return f"{self.quantity} of {self.part}: {value}{when}"
 
     def _sized(self, value: float) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
@@ -115,6 +117,8 @@ class States:
     clock: Array
     #: Inputs, (k, inputs).
     u: Array
+    #: Whether the states follow each other in time; an equilibrium has none.
+    have_times: bool = True
 
     @property
     def is_at_rest(self) -> bool:
@@ -125,7 +129,7 @@ class States:
     def at_rest(view: View, q: Array, t: float, u: Array) -> States:
         """An equilibrium."""
         rest = np.zeros((1, len(q)))
-        return States(view, q[None], rest, rest, np.array([t]), u[None])
+        return States(view, q[None], rest, rest, np.array([t]), u[None], have_times=False)
 
 
 def peaks_of(model: Model, states: States) -> list[Peak]:
@@ -296,4 +300,5 @@ def _peak(
     quantity: str, unit: str, part: str, value: float, X: float | None, states: States, state: int
 ) -> Peak:
     place = None if X is None else float(X)
-    return Peak(quantity, unit, part, float(value), place, float(states.clock[state]), state)
+    t = float(states.clock[state]) if states.have_times else None
+    return Peak(quantity, unit, part, float(value), place, t, state)

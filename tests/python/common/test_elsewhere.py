@@ -34,6 +34,7 @@ def rod():
 MADE = {
     lissom.MotionResult: lambda: lissom.simulate(rod(), 0.02),
     lissom.StaticsResult: lambda: lissom.statics(rod()),
+    lissom.ModesResult: lambda: lissom.modes(rod(), [0.0, 0.0]),
     lissom.Simulation: lambda: lissom.Simulation(rod(), dt=1e-2),
 }
 

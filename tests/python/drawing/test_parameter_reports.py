@@ -1,6 +1,7 @@
 """Derivatives and identifications as files, datasets, pictures and reports."""
 
 import copy
+import dataclasses
 import pickle
 import subprocess
 import sys
@@ -155,15 +156,19 @@ def test_the_report_of_a_fit_says_values_correlations_and_residuals():
     built = build(found, None)
     values, correlations, *_ = parts(built, page.Table)
     low, high = found.intervals[0]
-    assert values.rows[0] == (MODULUS, f"{found.values[0]:.6g}", f"{low:.6g}", f"{high:.6g}")
+    assert values.rows[0] == (f"{MODULUS} (Pa)", f"{found.values[0]:.6g}", f"{low:.6g}", f"{high:.6g}")
     both = found.covariance[0, 1] / np.sqrt(found.covariance[0, 0] * found.covariance[1, 1])
     assert correlations.rows[0] == (MODULUS, "1.000", f"{both:.3f}")
     (figure,) = parts(built, page.Figure)
     measured, residual = figure.figure.rows[1]
     np.testing.assert_array_equal(residual.curves[2].y, found.residuals[:, 1, 2])
     np.testing.assert_allclose(measured.curves[5].y, motion()[1][:, 1, 2])
-    # White noise causes no advice; an incomplete model does.
-    assert not built.advice
+    # White noise causes no advice, but the doubt of the message does; the colour follows.
+    said, _, doubt = found.message.partition(". ")
+    assert (list(built.advice), built.outcome[1]) == ([doubt], False)
+    clean = build(dataclasses.replace(found, message=f"{said}."), None)
+    assert (clean.advice, clean.outcome) == ([], ("Converged.", True))
+    # So does an incomplete model.
     stiff = lissom.fit(rod(), motion(), {TIME: (1e-3, 0.01, 0.1)}, places=[0.15, 0.3], q0=[0.3, 0.0])
     assert "correlated" in build(stiff, None).advice[0]
 

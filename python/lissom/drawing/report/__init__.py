@@ -137,13 +137,17 @@ def build_result(result: MotionResult, title: str, visuals: Sequence[Visual] = (
     return page.Page(
         title=title,
         lead=f"{made.view.title}, {result.model.n} generalised coordinates, {time} s.",
-        outcome=(
-            "Finished." if result.success else f"Ended at {result.t[-1]:.3g} s: {result.message}",
-            result.success,
-        ),
+        outcome=_outcome(result),
         advice=about_model(result.model),
         sections=[*_shown(made), page.Section("Solver", [page.Table(("", ""), rows)])],
     )
+
+
+def _outcome(result: MotionResult) -> tuple[str, bool]:
+    """The outcome of a motion, and whether it is good: without a doubt."""
+    if not result.success:
+        return f"Ended at {result.t[-1]:.3g} s: {result.message}", False
+    return ("Finished.", True) if result.doubt is None else (f"Finished. {result.doubt}", False)
 
 
 def build(run: Run) -> page.Page:

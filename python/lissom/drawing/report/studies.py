@@ -14,7 +14,7 @@ from ...common import disk
 from ...model.views import Member
 from ...results.runs import Array
 from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_for, way
-from ..oscillation import frequency, is_rounding, mode_motion
+from ..oscillation import frequency, is_overdamped, is_rounding, mode_motion
 from . import motion, page, peaks, plots, theme
 from .text import quantity
 
@@ -69,7 +69,7 @@ def equilibrium(
             setting,
             np.array([0.0, 1.0]),
             np.stack([start, found.q]),
-            ("", ""),
+            ("way from start to equilibrium: ", ""),
             opens_at=1,
             outline=("initial shape", start),
         )
@@ -281,8 +281,14 @@ COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
 
 def table(found: ModesResult) -> list[tuple[str, str, str, str]]:
     """Table of the modes."""
+
+    def oscillates(k: int, hertz: float) -> str:
+        if is_overdamped(found, k):
+            return "overdamped"
+        return "0" if is_rounding(found, k) else f"{hertz:.6g}"
+
     return [
-        (str(k + 1), "0" if is_rounding(found, k) else f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
+        (str(k + 1), oscillates(k, hertz), f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
         for k, (hertz, ratio, s) in enumerate(
             zip(found.frequency, found.damping_ratio, found.eigenvalues, strict=True)
         )
