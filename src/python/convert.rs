@@ -301,17 +301,27 @@ pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>>
     let Numbers { values, shape } = numbers(value, name, VECTOR)?;
     match shape.len() {
         1 => Ok(values),
-        _ => Err(not_a_vector(value, name, VECTOR, &values)),
+        _ => Err(not_a_vector(value, name, (VECTOR, None), &Numbers { values, shape })),
     }
 }
 
-/// The error of a value that is no vector; of a number, with how it is written as one.
-fn not_a_vector(value: &Bound<'_, PyAny>, name: &str, expected: &str, values: &[f64]) -> PyErr {
-    let instead = match values {
-        &[number] => format!("; for one number write [{}]", Number(number)),
+/// The error of an array-like that is no vector, or none of `n` entries: its shape, and what in it is one.
+fn not_a_vector(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    (expected, n): (&str, Option<usize>),
+    found: &Numbers,
+) -> PyErr {
+    let is_size = |size: usize| n.is_none_or(|n| n == size);
+    let instead = match (&found.shape[..], &found.values[..]) {
+        ([], &[number]) if is_size(1) => format!("; a vector of this number is [{}]", Number(number)),
+        (&[1, size], _) if is_size(size) => format!("; its single row, of shape ({size},), is one"),
         _ => String::new(),
     };
-    PyTypeError::new_err(format!("{name}: expected {expected}, got {}{instead}", describe(value)))
+    let of_list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+    let sizes: Vec<_> = found.shape.iter().map(ToString::to_string).collect();
+    let shape = if of_list { format!(" of shape ({})", sizes.join(", ")) } else { String::new() };
+    PyTypeError::new_err(format!("{name}: expected {expected}, got {}{shape}{instead}", describe(value)))
 }
 
 /// A vector from an array-like, or from a single number, and which of these it was.
@@ -337,7 +347,7 @@ pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyRes
     let Numbers { values, shape } = numbers(value, name, &expected)?;
     match shape.len() {
         1 => of_length(values, n, name),
-        _ => Err(not_a_vector(value, name, &expected, if n == 1 { &values } else { &[] })),
+        _ => Err(not_a_vector(value, name, (&expected, Some(n)), &Numbers { values, shape })),
     }
 }
 

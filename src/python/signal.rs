@@ -224,13 +224,14 @@ pub(crate) struct PyInput {
 #[pymethods]
 impl PyInput {
     #[new]
-    #[pyo3(signature = (name=None, default=None, **others), text_signature = "(name, default=0.0)")]
+    #[pyo3(signature = (name=None, default=None, *more, **others), text_signature = "(name, default=0.0)")]
     fn new(
         #[pyo3(from_py_with = arguments::given)] name: Option<&Bound<'_, PyAny>>,
         default: Option<&Bound<'_, PyAny>>,
+        more: &Bound<'_, PyTuple>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let name = required!("Input", others, name);
+        let name = required!("Input", others; more, name);
         let Ok(name) = name.extract::<String>() else {
             let found = convert::describe(name);
             return Err(PyTypeError::new_err(format!(

@@ -45,12 +45,15 @@ pub(super) fn no_more(name: &str, more: &Bound<'_, PyTuple>) -> PyResult<()> {
     };
     let meant = may_be.iter().find(|name| by_name.contains(name));
     let meant = meant.map_or_else(String::new, |meant| format!(", such as `{meant}=...`"));
+    let others = match by_name.is_empty() {
+        true => String::new(),
+        false => format!(": give the others by name{meant}, of {}", by_name.join(", ")),
+    };
     Err(PyTypeError::new_err(format!(
-        "{name}() takes {} positional arguments ({}) but {} were given: give the others by name{meant}, of {}",
+        "{name}() takes {} positional arguments ({}) but {} were given{others}",
         positional.len(),
         positional.join(", "),
         positional.len() + more.len(),
-        by_name.join(", ")
     )))
 }
 

@@ -34,6 +34,9 @@ EQUAL = 1e-9
 #: are both shown.
 APART = 0.02
 
+#: Units in which rounding is measured by that of others: torsion beside curvature.
+COMPARED = {"rad/m": "1/m"}
+
 #: The largest allowable size of each quantity that a segment can limit.
 LIMITS: dict[str, Callable[[Segment], float | None]] = {
     "curvature": lambda segment: segment.min_bend_radius and 1.0 / segment.min_bend_radius,
@@ -143,11 +146,14 @@ def peaks_of(model: Model, states: States) -> list[Peak]:
         ]
     largest: dict[str, float] = {}
     for peak in found:
-        largest[peak.unit] = max(largest.get(peak.unit, 0.0), abs(peak.value))
+        unit = COMPARED.get(peak.unit, peak.unit)
+        largest[unit] = max(largest.get(unit, 0.0), abs(peak.value))
+
+    def is_rounding(peak: Peak) -> bool:
+        return abs(peak.value) < ROUNDING * largest[COMPARED.get(peak.unit, peak.unit)]
+
     # An actuator that exerts nothing is of interest, rounding is not.
-    return [
-        peak for peak in found if peak.value == 0.0 or not abs(peak.value) < ROUNDING * largest[peak.unit]
-    ]
+    return [peak for peak in found if peak.value == 0.0 or not is_rounding(peak)]
 
 
 def largest_of(peaks: Sequence[Peak]) -> list[Peak]:

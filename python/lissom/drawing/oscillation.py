@@ -36,6 +36,11 @@ def is_overdamped(found: ModesResult, k: int) -> bool:
     return bool(s.real < 0.0 and abs(s.imag) <= ROUNDING * abs(s)) and not is_rounding(found, k)
 
 
+def oscillates(found: ModesResult, k: int) -> bool:
+    """Whether a mode has a frequency."""
+    return not (is_rounding(found, k) or is_overdamped(found, k))
+
+
 def frequency(found: ModesResult, k: int) -> str:
     """The frequency of a mode as text."""
     hertz = found.frequency[k]

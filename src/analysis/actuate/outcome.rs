@@ -4,6 +4,7 @@ use super::equilibria::NoEquilibrium;
 use crate::analysis::reach::Error;
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
+use crate::error::Rounded;
 use crate::model::InvalidShape;
 use crate::numerics::roots::least_squares::{Counters, End};
 use crate::robot::{Pose, Robot};
@@ -160,7 +161,12 @@ pub(super) fn message(
     };
     let left = errors.map(|(link, error)| {
         let Error { position, orientation } = error;
-        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
+        format!(
+            "'{}' is off by {} m and {} rad",
+            robot.links[link].name,
+            Rounded(position),
+            Rounded(orientation)
+        )
     });
     let left = left.collect::<Vec<_>>().join(", ");
     let slack = match slack {

@@ -1,6 +1,7 @@
 //! The result of a search for a shape.
 
 use super::misfit::Error;
+use crate::error::Rounded;
 use crate::model::{InvalidShape, at_least};
 use crate::numerics::roots::least_squares::{Counters, End};
 use crate::robot::{Pose, Robot};
@@ -140,7 +141,12 @@ pub(super) fn message(
     };
     let left = errors.map(|(link, error)| {
         let Error { position, orientation } = error;
-        format!("'{}' is off by {position:.3e} m and {orientation:.3e} rad", robot.links[link].name)
+        format!(
+            "'{}' is off by {} m and {} rad",
+            robot.links[link].name,
+            Rounded(position),
+            Rounded(orientation)
+        )
     });
     format!("{said} Remaining error: {}.", left.collect::<Vec<_>>().join(", "))
 }

@@ -2,7 +2,7 @@
 
 use super::solution::Solution;
 use super::status::{Failure, Status};
-use crate::error::Rounded;
+use crate::error::Time;
 
 /// Growth of a velocity and of its acceleration during the second half of a motion, beyond which it runs away. A body that falls from rest
 /// doubles its velocity, an impact changes accelerations alone; where time ends at a singularity both grow like its inverse distance, or faster.
@@ -37,8 +37,8 @@ pub(crate) fn sentence(solution: &Solution) -> Option<String> {
                 "The motion grows without bound: from t = {} to {} the velocity of coordinate {i} grows by a factor of {faster:.1e}, its \
                  acceleration by {stronger:.1e}. If the equations have no solution beyond, no step finds one: check the signs of forces, or \
                  end before.",
-                Rounded(t[half - 1]),
-                Rounded(last)
+                Time(t[half - 1]),
+                Time(last)
             )
         })
     })

@@ -245,6 +245,8 @@ impl EnergyWatch {
             false => format!("{change:.1e} J, far more than the largest kinetic energy"),
         };
         let found = if exceeds(gain, ENERGY_GAIN) || exceeds(rise, ENERGY_RISE) {
+            // The potential of loads and motors is part of the energy.
+            let is_driven = is_driven || largest.loads > 0.0;
             let more = if is_driven { " more than what acts on the model supplies" } else { "" };
             let though = if is_driven { "" } else { ", though nothing supplies any" };
             format!("Between t = {from:.3} s and {to:.3} s the energy rises by {}{more}{though}", share(rise))

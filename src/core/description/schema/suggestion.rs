@@ -7,7 +7,7 @@ const SIMILARITY: f64 = 0.8;
 const LONGEST_SYMBOL: usize = 2;
 
 /// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
-const SYMBOLS: [(&str, &[&str]); 84] = [
+const SYMBOLS: [(&str, &[&str]); 85] = [
     ("E", &["young_modulus"]),
     ("G", &["shear_modulus"]),
     ("nu", &["poisson_ratio"]),
@@ -88,9 +88,10 @@ const SYMBOLS: [(&str, &[&str]); 84] = [
     ("controller", &["control"]),
     ("joint", &["kind"]),
     ("maxiter", &["max_iter"]),
-    ("x", &["X"]),
-    ("s", &["X"]),
-    ("arc_length", &["X"]),
+    ("x", &["X", "at"]),
+    ("X", &["at"]),
+    ("s", &["X", "at"]),
+    ("arc_length", &["X", "at"]),
     ("color", &["colour"]),
 ];
 

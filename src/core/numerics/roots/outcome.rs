@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::error::Rounded;
+
 /// Status of a search. Only the first three are successes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -178,7 +180,8 @@ impl Outcome {
             ),
             None => status.to_string(),
         };
-        let mut message = format!("{said} Residual norm {residual_norm:.3e} after {iterations} {steps}.");
+        let mut message =
+            format!("{said} Residual norm {} after {iterations} {steps}.", Rounded(*residual_norm));
         if let Some(multiplicity) = self.multiplicity {
             message += &format!(
                 " Convergence was linear, as at a root of multiplicity {multiplicity}: the error of x is \
