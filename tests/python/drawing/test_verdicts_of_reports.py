@@ -79,7 +79,9 @@ def test_legends_say_what_is_drawn():
     names = scene_of(Made(lissom.simulate(rod, 0.02), rod)).names
     assert (names["floor"], names["supports"]) == ("grid", "clamp")
     assert names["tendons"] == "tendons, thicker with more tension"
-    held = lissom.Rod([segment()], supports=[lissom.Support(position=(0.3, 0, 0), stiffness=(10.0, 10.0, 10.0))])
+    held = lissom.Rod(
+        [segment()], supports=[lissom.Support(position=(0.3, 0, 0), stiffness=(10.0, 10.0, 10.0))]
+    )
     assert "supports" not in scene_of(Made(lissom.simulate(held, 0.02), held)).names
 
 

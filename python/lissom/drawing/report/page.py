@@ -262,7 +262,7 @@ def _cells(cells: Cells) -> str:
     for name, row in zip(cells.rows, cells.cells, strict=True):
         shown = "".join(_cell(cell, cells.colours) for cell in row)
         rows.append(f'<tr><th scope="row">{_words(name)}</th>{shown}</tr>')
-    corner = f'<th scope="col">{_words(cells.corner)}</th>'
+    corner = f'<th scope="col">{_breakable(_words(cells.corner))}</th>'
     head = f"<thead><tr>{corner}{names}</tr></thead>"
     table = f'<table class="cells">{head}<tbody>{"".join(rows)}</tbody></table>'
     shown = f'<div class="scroll" tabindex="0">{table}</div>'

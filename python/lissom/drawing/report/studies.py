@@ -27,6 +27,9 @@ FRAMES = 49
 #: Values below this fraction of their terms are rounding errors of zero.
 ROUNDING = 1e-12
 
+#: Errors by the number of modes, relative to the length, about which `statics` warns.
+DOUBTFUL = 1e-2
+
 #: Number of modes in the table of the command line.
 LISTED = 10
 
@@ -162,7 +165,10 @@ def outcome(found: StaticsResult) -> tuple[str, bool]:
         )
     if not found.success:
         return f"Failed: {found.status}", False
-    return f"In equilibrium, {found.stability or 'stability unknown'}", bool(found.is_stable)
+    verdict, error = f"In equilibrium, {found.stability or 'stability unknown'}", found.space_error
+    if error is not None and error.relative > DOUBTFUL:
+        return f"{verdict}, but the modes leave an error of {error.relative:.0%} of the length", False
+    return verdict, bool(found.is_stable)
 
 
 def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> list[tuple[str, str]]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...common import disk
-from ...model.units import with_unit
+from ...model.units import unit_of, with_unit
 from ...results.datasets import coordinates
 from ...results.runs import Array
 from ...results.sweeps import SweepStudy
@@ -81,7 +81,7 @@ def _shown(study: SweepStudy, response: str, values: Array) -> Iterator[page.Par
     middle = tuple(len(axis) // 2 for axis in axes)
     if len(axes) > 1:
         rest = "".join(
-            f", {name} = {_text(axis[i])}"
+            f", {_at(name, axis[i])}"
             for name, axis, i in list(zip(study.parameters, axes, middle, strict=True))[2:]
         )
         if max(len(axes[0]), len(axes[1])) <= LARGEST_MAP:
@@ -117,7 +117,7 @@ def _curves(study: SweepStudy, response: str, values: Array, k: int, middle: tup
         at[other] = i
         at[k] = slice(None)
         y = values[tuple(at)]
-        name = "" if other == k else f"{names[other]} = {_text(axes[other][i])}"
+        name = "" if other == k else _at(names[other], axes[other][i])
         known = np.isfinite(y)
         curves.append(plots.Curve(name, x[known], y[known], colour, mark="disc"))
     ratios = x[1:] / x[:-1] if (x > 0).all() else np.array([1.0, 2.0])
@@ -144,7 +144,7 @@ def _map(study: SweepStudy, response: str, values: Array, rest: str) -> page.Cel
         if not np.isfinite(value):
             return None
         shade = min(int((value - low) / (high - low) * SHADES), SHADES - 1) if len(legend) > 1 else 0
-        where = f"{study.parameters[0]} = {_text(rows[i])}, {study.parameters[1]} = {_text(columns[j])}"
+        where = ", ".join(map(_at, study.parameters[:2], (rows[i], columns[j])))
         return page.Cell(kinds[shade], f"{value:.3g}", f"{value:.6g} at {where}")
 
     cells = [[cell(i, j) for j in range(len(columns))] for i in range(len(rows))]
@@ -169,6 +169,11 @@ def _failed(study: SweepStudy) -> page.Table:
     return page.Table(
         (*map(with_unit, study.parameters), "status", "message"), rows, caption=f"Runs without an end.{more}"
     )
+
+
+def _at(parameter: str, value: Any) -> str:
+    """A parameter at a value, with its unit."""
+    return f"{parameter} = {_text(value)} {unit_of(parameter)}".rstrip()
 
 
 def _text(value: Any) -> str:
