@@ -17,7 +17,7 @@ use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, suggestion};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Time};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::python::words::required;
 use crate::robot::{Robot, RobotModel};
@@ -319,7 +319,7 @@ fn check_signature(function: &Bound<'_, PyAny>) -> PyResult<()> {
 /// Adds the time to the message of an error about a returned value.
 fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
     if error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py) {
-        let message = format!("{} (at t = {t})", error.value(py));
+        let message = format!("{} (at t = {})", error.value(py), Time(t));
         return PyErr::from_type(error.get_type(py), message);
     }
     error
@@ -642,6 +642,7 @@ const COMPARED_EVERY: f64 = 1e-2;
     signature = (rod=None, t_end=None, *more, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0, **others),
     text_signature = "(rod, t_end=None, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn choose_modes<'py>(
     #[pyo3(from_py_with = rod_of)] rod: Option<&Bound<'py, PyRobot>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,

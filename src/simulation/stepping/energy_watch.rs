@@ -246,10 +246,11 @@ impl EnergyWatch {
         };
         let found = if exceeds(gain, ENERGY_GAIN) || exceeds(rise, ENERGY_RISE) {
             // The potential of loads and motors is part of the energy.
-            let is_driven = is_driven || largest.loads > 0.0;
-            let more = if is_driven { " more than what acts on the model supplies" } else { "" };
-            let though = if is_driven { "" } else { ", though nothing supplies any" };
-            format!("Between t = {from:.3} s and {to:.3} s the energy rises by {}{more}{though}", share(rise))
+            let but = match is_driven || largest.loads > 0.0 {
+                true => "beyond what loads, motors and inputs supply",
+                false => "though nothing supplies any",
+            };
+            format!("Between t = {from:.3} s and {to:.3} s the energy rises by {}, {but}", share(rise))
         } else if keeps_energy && exceeds(loss, ENERGY_LOSS) {
             format!("Until t = {at:.3} s the energy falls by {}, though nothing dissipates any", share(loss))
         } else {

@@ -597,7 +597,7 @@ impl<M: Model> Run<M> {
         let mut message = match cause {
             Some(what) => format!(
                 "{what}, where a finite number is needed: the result ends at t = {}.",
-                Number(self.integrator.t())
+                Time(self.integrator.t())
             ),
             None => self.integrator.explain(status),
         };
