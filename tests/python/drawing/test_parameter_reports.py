@@ -129,7 +129,8 @@ def test_datasets_pictures_and_reports(kind, tmp_path):
     result.report(tmp_path / "report.html", title="A title of its own")
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "A title of its own" in text
-    assert all(name in text for name in result.names)
+    # Names may break on narrow screens.
+    assert all(name in text.replace("<wbr>", "") for name in result.names)
     with pytest.raises(TypeError, match="title"):
         result.report(tmp_path / "report.html", title=3)
 
