@@ -13,18 +13,13 @@ from .saving import output_option, results_folder, save
 from .words import progress_bar
 
 
-class _Numbers(click.ParamType):
+def _numbers(value: str) -> tuple[float, ...]:
     """One number, or several with commas between them."""
-
-    name = "number"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, ...]:
-        try:
-            return tuple(float(part) for part in str(value).split(","))
-        except ValueError:
-            self.fail(f"{value!r} is no number: write `--start 6 --start 1`, or `--start 6,1`", param, ctx)
+    try:
+        return tuple(float(part) for part in value.split(","))
+    except ValueError:
+        wrong = f"{value!r} is no number: write `--start 6 --start 1`, or `--start 6,1`"
+        raise click.BadParameter(wrong) from None
 
 
 def _number(name: str, what: str, **more: Any) -> Callable[[Any], Any]:
@@ -36,7 +31,7 @@ def _number(name: str, what: str, **more: Any) -> Callable[[Any], Any]:
 @output_option("Folder for the results.", Path("results/lab"))
 @click.option(
     "--start",
-    type=_Numbers(),
+    type=_numbers,
     metavar="NUMBER",
     multiple=True,
     help="Start of Newton's method; several with commas, or by repeating it.  [default: 6,1,0.7]",

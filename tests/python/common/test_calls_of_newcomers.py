@@ -210,7 +210,8 @@ def test_energy_that_rises_where_something_acts_is_said_so():
         link = lissom.Link("arm", joint=lissom.Revolute((0, 1, 0)), body=free.links[0].body)
         spun = lissom.Robot([link], actuators=robot.actuators)
         with pytest.warns(
-            lissom.AccuracyWarning, match="kinetic energy, beyond what loads, motors and inputs supply: steps of"
+            lissom.AccuracyWarning,
+            match="kinetic energy, beyond what loads, motors and inputs supply: steps of",
         ):
             lissom.simulate(spun, 5.0, dt=0.2)
 
