@@ -59,9 +59,9 @@ mod tests {
         let mut last = 0.0;
         for (k, x) in iterates.enumerate() {
             if k == 0 {
-                cycle.reset(&[x])
+                cycle.reset(&[x]);
             } else {
-                cycle.observe(&[x], &[1.0], (x - last).abs())
+                cycle.observe(&[x], &[1.0], (x - last).abs());
             }
             last = x;
         }
