@@ -153,9 +153,7 @@ pub(crate) fn newmark<'py>(
     let defaults = Options::new(dt);
     let (derivative, jac) = derivative(jac)?;
     let options = Options {
-        scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf })
-            .map_err(|error| name_methods(error, method, &[]))
-            .or_raise()?,
+        scheme: scheme(method, &Parameters { beta, gamma, alpha, rho_inf })?,
         step_size: StepSize::new(adaptive, max_step, min_step).or_raise()?,
         derivative,
         rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
@@ -191,6 +189,11 @@ pub(crate) fn newmark<'py>(
             .push_str(" Check `jac`, too: `lissom.check_jacobian` compares it with differences.");
     }
     finish(py, simulation, &[], None, raised.raise())
+}
+
+/// The member of the family with this name.
+fn scheme(method: &str, parameters: &Parameters) -> PyResult<Scheme> {
+    Scheme::by_name(method, parameters).map_err(|error| name_methods(error, method, &[])).or_raise()
 }
 
 /// The source of the Jacobian from the argument `jac`, and the callable if it is one.

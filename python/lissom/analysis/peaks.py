@@ -62,13 +62,15 @@ class Peak:
         is stretched or pressed.
     X : float or None
         Arc length on the rod, metres; None where the part is no rod.
-    t : float or None
-        Time, seconds; None of an equilibrium.
+    t : float
+        Time, seconds; of an equilibrium that of its loads.
     index : int
         Index of the state in the result.
     limit : float or None
         The largest allowable size, from `min_bend_radius`, `max_strain` or `max_stress` of the segment at
         this place; None where the segment has none.
+    is_at_rest : bool
+        Whether it is one of an equilibrium, of which the text says no time.
     """
 
     # Pickles refer to the class by this module, whatever moves.
@@ -79,9 +81,10 @@ class Peak:
     part: str
     value: float
     X: float | None
-    t: float | None
+    t: float
     index: int
     limit: float | None = None
+    is_at_rest: bool = False
 
     def __post_init__(self) -> None:
         with_number(self, "value")
@@ -94,11 +97,9 @@ class Peak:
     def __str__(self) -> str:
         place = "" if self.X is None else f" at X = {self.X:.4g} m"
         allowed = "" if self.limit is None else f", {self._sized(self.limit)} is allowed,"
-        when = "" if self.t is None else f", t = {self.t:.6g} s"
-        value = f"{self._sized(self.value)}{allowed}{place}".removesuffix(
-            "," if not when and not place else ""
-        )
-        return f"{self.quantity} of {self.part}: {value}{when}"
+        when = "" if self.is_at_rest else f", t = {self.t:.6g} s"
+        value = f"{self._sized(self.value)}{allowed}{place}{when}".removesuffix(",")
+        return f"{self.quantity} of {self.part}: {value}"
 
     def _sized(self, value: float) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
@@ -306,5 +307,5 @@ def _peak(
     quantity: str, unit: str, part: str, value: float, X: float | None, states: States, state: int
 ) -> Peak:
     place = None if X is None else float(X)
-    t = float(states.clock[state]) if states.have_times else None
-    return Peak(quantity, unit, part, float(value), place, t, state)
+    t, is_at_rest = float(states.clock[state]), not states.have_times
+    return Peak(quantity, unit, part, float(value), place, t, state, is_at_rest=is_at_rest)

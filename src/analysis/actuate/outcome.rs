@@ -1,10 +1,9 @@
 //! The result of a search for inputs.
 
 use super::equilibria::NoEquilibrium;
-use crate::analysis::reach::Error;
+use crate::analysis::reach::{Error, is_off};
 use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
-use crate::error::Rounded;
 use crate::model::InvalidShape;
 use crate::numerics::roots::least_squares::{Counters, End};
 use crate::robot::{Pose, Robot};
@@ -161,12 +160,7 @@ pub(super) fn message(
     };
     let left = errors.map(|(link, error)| {
         let Error { position, orientation } = error;
-        format!(
-            "'{}' is off by {} m and {} rad",
-            robot.links[link].name,
-            Rounded(position),
-            Rounded(orientation)
-        )
+        is_off(&robot.links[link].name, position, orientation)
     });
     let left = left.collect::<Vec<_>>().join(", ");
     let slack = match slack {

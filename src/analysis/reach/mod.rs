@@ -27,6 +27,7 @@ mod starts;
 mod target;
 
 pub use misfit::Error;
+pub(crate) use outcome::is_off;
 pub use outcome::{Reached, Status};
 pub use preference::Preference;
 pub use target::Target;

@@ -141,14 +141,14 @@ pub(super) fn message(
     };
     let left = errors.map(|(link, error)| {
         let Error { position, orientation } = error;
-        format!(
-            "'{}' is off by {} m and {} rad",
-            robot.links[link].name,
-            Rounded(position),
-            Rounded(orientation)
-        )
+        is_off(&robot.links[link].name, position, orientation)
     });
     format!("{said} Remaining error: {}.", left.collect::<Vec<_>>().join(", "))
+}
+
+/// By how much a link misses its target.
+pub(crate) fn is_off(link: &str, position: f64, orientation: f64) -> String {
+    format!("'{link}' is off by {} m and {} rad", Rounded(position), Rounded(orientation))
 }
 
 /// "a is", "a, b and 7 others are".
