@@ -154,23 +154,24 @@ impl UnresolvedVibrations {
         };
         let step = movements.iter().map(enough).fold(self.dt, f64::min);
         let per_period = 1.0 / (hertz * self.dt);
-        let finds = if per_period < RESOLVED { "does not resolve" } else { "resolves only coarsely" };
-        let meaning = if per_period < RESOLVED {
-            "the error of the tip is".to_owned()
-        } else {
-            format!("at {per_period:.0} steps per period the phase error adds up to")
-        };
         let longer = match self.given > self.dt {
             true => format!(" (the whole run, shorter than `dt` of {} s)", Number(self.given)),
             false => String::new(),
         };
+        let (moves, wrong) = (of_length(*moved, ""), of_length(error, "about "));
+        let happens = match per_period < RESOLVED {
+            true => format!(
+                "does not resolve a vibration of {hertz:.3} Hz that moves the tip by {moves}: the error of the tip is {wrong}"
+            ),
+            false => format!(
+                "makes a vibration of {hertz:.3} Hz, which moves the tip by {moves}, slightly too slow, even with {per_period:.0} steps \
+                 per period: over the run this adds up to an error of the tip of {wrong}"
+            ),
+        };
         Some(format!(
-            "The step of {} s{longer} {finds} a vibration of {hertz:.3} Hz that moves the tip by {}: {meaning} \
-             {}. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
+            "The step of {} s{longer} {happens}. For an error below {:.1} %, take steps of {step:.1e} s, adaptive ones, or \
              method \"auto\".",
             Number(self.dt),
-            of_length(*moved, ""),
-            of_length(error, "about "),
             50.0 * WORTH_A_WARNING
         ))
     }

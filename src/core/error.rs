@@ -98,6 +98,30 @@ impl fmt::Display for Number {
     }
 }
 
+/// A computed number in messages, to three digits.
+#[derive(Clone, Copy, Debug)]
+pub struct Rounded(pub f64);
+
+impl fmt::Display for Rounded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        rounded(self.0, 3).fmt(f)
+    }
+}
+
+/// The time in a run in messages, without what steps add by rounding: `0.142`, not `0.14200000000000002`.
+#[derive(Clone, Copy, Debug)]
+pub struct Time(pub f64);
+
+impl fmt::Display for Time {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        rounded(self.0, 10).fmt(f)
+    }
+}
+
+fn rounded(number: f64, digits: usize) -> Number {
+    Number(format!("{number:.*e}", digits - 1).parse().unwrap_or(number))
+}
+
 /// Collects the problems of an input, so that all of them are reported at once.
 #[derive(Debug, Default)]
 pub struct Checker {

@@ -3,7 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::arguments;
 use super::convert;
@@ -195,13 +195,14 @@ impl PyActuateResult {
 /// >>> weak.status, weak.at_limits, weak.u
 /// ('at_limits', ['pull'], array([2.]))
 #[pyfunction]
-#[pyo3(signature = (robot=None, target=None, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=None, max_iter=None, **others),
+#[pyo3(signature = (robot=None, target=None, *more, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=None, max_iter=None, **others),
        text_signature = "(robot, target, *, inputs=None, limits=None, u=None, q0=None, t=0.0, tol=1e-09, max_iter=100)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn actuate<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = arguments::given)] robot: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given)] target: Option<&Bound<'py, PyAny>>,
+    more: &Bound<'_, PyTuple>,
     inputs: Option<&Bound<'py, PyAny>>,
     limits: Option<&Bound<'py, PyAny>>,
     u: Option<&Bound<'py, PyAny>>,
@@ -211,7 +212,7 @@ pub(crate) fn actuate<'py>(
     #[pyo3(from_py_with = arguments::optional_whole::max_iter)] max_iter: Option<i64>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyActuateResult> {
-    let (robot, target) = required!("actuate", others, robot, target);
+    let (robot, target) = required!("actuate", others; more, robot, target);
     let Ok(of_python) = robot.cast::<PyRobot>() else {
         let found = convert::describe(robot);
         return Err(PyTypeError::new_err(format!("robot: expected a Robot or a Rod, got {found}")));

@@ -9,7 +9,7 @@ use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PyString, PyT
 
 use super::callback::Nested;
 use crate::description::rod::diagonal;
-use crate::error::Checker;
+use crate::error::{Checker, Number};
 use crate::numerics::lie::Rotation;
 use crate::numerics::linalg::Matrix;
 use crate::python::errors::OrRaise as _;
@@ -301,8 +301,27 @@ pub(crate) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>>
     let Numbers { values, shape } = numbers(value, name, VECTOR)?;
     match shape.len() {
         1 => Ok(values),
-        _ => Err(PyTypeError::new_err(format!("{name}: expected {VECTOR}, got {}", describe(value)))),
+        _ => Err(not_a_vector(value, name, (VECTOR, None), &Numbers { values, shape })),
     }
+}
+
+/// The error of an array-like that is no vector, or none of `n` entries: its shape, and what in it is one.
+fn not_a_vector(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    (expected, n): (&str, Option<usize>),
+    found: &Numbers,
+) -> PyErr {
+    let is_size = |size: usize| n.is_none_or(|n| n == size);
+    let instead = match (&found.shape[..], &found.values[..]) {
+        ([], &[number]) if is_size(1) => format!("; a vector of this number is [{}]", Number(number)),
+        (&[1, size], _) if is_size(size) => format!("; its single row, of shape ({size},), is one"),
+        _ => String::new(),
+    };
+    let of_list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+    let sizes: Vec<_> = found.shape.iter().map(ToString::to_string).collect();
+    let shape = if of_list { format!(" of shape ({})", sizes.join(", ")) } else { String::new() };
+    PyTypeError::new_err(format!("{name}: expected {expected}, got {}{shape}{instead}", describe(value)))
 }
 
 /// A vector from an array-like, or from a single number, and which of these it was.
@@ -328,7 +347,7 @@ pub(crate) fn vector_of(value: &Bound<'_, PyAny>, n: usize, name: &str) -> PyRes
     let Numbers { values, shape } = numbers(value, name, &expected)?;
     match shape.len() {
         1 => of_length(values, n, name),
-        _ => Err(PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)))),
+        _ => Err(not_a_vector(value, name, (&expected, Some(n)), &Numbers { values, shape })),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
 use super::errors::{LissomError, OrRaise as _};
@@ -119,16 +119,17 @@ impl PyModesResult {
 /// >>> lissom.modes(rod, [0] * 6).frequency[:3].round(4)
 /// array([ 1.4518,  9.0983, 25.4829])
 #[pyfunction]
-#[pyo3(signature = (model=None, q=None, *, t=0.0, u=None, **others), text_signature = "(model, q, *, t=0.0, u=None)")]
+#[pyo3(signature = (model=None, q=None, *more, t=0.0, u=None, **others), text_signature = "(model, q, *, t=0.0, u=None)")]
 pub(crate) fn modes<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
+    more: &Bound<'_, PyTuple>,
     #[pyo3(from_py_with = arguments::number::t)] t: f64,
     u: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyModesResult> {
-    let (model, q) = required!("modes", others, model, q);
+    let (model, q) = required!("modes", others; more, model, q);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let held = inputs_or_default(model, u.as_deref())?;
     let mut model = native_with(model, t, u.as_deref())?;

@@ -14,7 +14,7 @@ use super::motion::{PyMotionResult, finish, times};
 use super::ode::function::{matrix_of, read_vector};
 use super::ode::options::tolerance;
 use super::ode::system::{SharedRaised, unpack};
-use super::simulate::word;
+use super::simulate::{name_methods, word};
 use crate::error::Interrupted;
 use crate::integrators::newmark::{Options, Parameters, Scheme, StepSize, Stepper, solve};
 use crate::integrators::second_order::{Failure, SecondOrderSystem, Status};
@@ -101,7 +101,7 @@ use crate::simulation::stepping;
 #[pyfunction]
 #[pyo3(
     signature = (
-        residual=None, t_span=None, q0=None, v0=None, *, dt=None, beta=None, gamma=None, jac=None, method="newmark", alpha=None, rho_inf=None,
+        residual=None, t_span=None, q0=None, v0=None, *more, dt=None, beta=None, gamma=None, jac=None, method="newmark", alpha=None, rho_inf=None,
         rtol=None, atol=None, adaptive=false, max_step=None, min_step=0.0, max_steps=None, t_eval=None,
         a0=None, predictor="best", reuse_jacobian=true, args=None, callback=None, **others
     ),
@@ -117,6 +117,7 @@ pub(crate) fn newmark<'py>(
     #[pyo3(from_py_with = arguments::given)] t_span: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given)] q0: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given)] v0: Option<&Bound<'py, PyAny>>,
+    more: &Bound<'_, PyTuple>,
     #[pyo3(from_py_with = arguments::given_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_number::beta)] beta: Option<f64>,
     #[pyo3(from_py_with = arguments::optional_number::gamma)] gamma: Option<f64>,
@@ -138,7 +139,7 @@ pub(crate) fn newmark<'py>(
     #[pyo3(from_py_with = arguments::callback)] callback: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
-    let (residual, t_span, q0, v0, dt) = required!("newmark", others, residual, t_span, q0, v0, dt);
+    let (residual, t_span, q0, v0, dt) = required!("newmark", others; more, residual, t_span, q0, v0, dt);
     let start = Instant::now();
     if !residual.is_callable() {
         return Err(PyTypeError::new_err(format!(
@@ -152,7 +153,7 @@ pub(crate) fn newmark<'py>(
     let defaults = Options::new(dt);
     let (derivative, jac) = derivative(jac)?;
     let options = Options {
-        scheme: Scheme::by_name(method, &Parameters { beta, gamma, alpha, rho_inf }).or_raise()?,
+        scheme: scheme(method, &Parameters { beta, gamma, alpha, rho_inf })?,
         step_size: StepSize::new(adaptive, max_step, min_step).or_raise()?,
         derivative,
         rtol: rtol.map_or(Ok(defaults.rtol.clone()), |rtol| tolerance(rtol, "rtol"))?,
@@ -188,6 +189,11 @@ pub(crate) fn newmark<'py>(
             .push_str(" Check `jac`, too: `lissom.check_jacobian` compares it with differences.");
     }
     finish(py, simulation, &[], None, raised.raise())
+}
+
+/// The member of the family with this name.
+fn scheme(method: &str, parameters: &Parameters) -> PyResult<Scheme> {
+    Scheme::by_name(method, parameters).map_err(|error| name_methods(error, method, &[])).or_raise()
 }
 
 /// The source of the Jacobian from the argument `jac`, and the callable if it is one.

@@ -11,6 +11,7 @@ use super::callback::{Raised, call, with_result};
 use super::convert::{count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
 use super::errors::{ConvergenceError, OrRaise as _};
 use super::record::{self, ReadOnly, Reduced};
+use crate::description::schema::suggestion;
 use crate::error::{Checker, Interrupted, InvalidInput, Unfinished};
 use crate::numerics::linalg::Matrix;
 use crate::numerics::roots::{
@@ -337,7 +338,7 @@ impl NonlinearSystem for PyFunctions<'_, '_> {
 /// ('converged_residual', 1.414214)
 #[pyfunction]
 #[pyo3(signature = (
-    fun=None, x0=None, *, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
+    fun=None, x0=None, *more, args=None, jac=None, method="newton", tol=1e-6, max_iter=1000, xtol=0.0, xtol_abs=0.0,
     x_scale=None, f_scale=None, max_step=None, keep_jacobian=false, accelerate=false, history=false,
     raise_on_failure=false, **others
 ), text_signature = "(fun, x0, *, args=(), jac='forward', method='newton', tol=1e-06, max_iter=1000, \
@@ -348,6 +349,7 @@ pub(crate) fn root<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = arguments::given)] fun: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given)] x0: Option<&Bound<'py, PyAny>>,
+    more: &Bound<'_, PyTuple>,
     args: Option<Bound<'py, PyTuple>>,
     jac: Option<Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::text::method)] method: &str,
@@ -364,7 +366,7 @@ pub(crate) fn root<'py>(
     #[pyo3(from_py_with = arguments::flag::raise_on_failure)] raise_on_failure: bool,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Py<PyRootResult>> {
-    let (fun, x0) = required!("root", others, fun, x0);
+    let (fun, x0) = required!("root", others; more, fun, x0);
     let (mut x, scalar) = scalar_or_vector(x0, "x0")?;
     let mut checker = Checker::new();
     checker.finite(&x, "x0");
@@ -592,9 +594,13 @@ fn method_named(name: &str) -> PyResult<Method> {
         "newton" => Ok(Method::Newton),
         "line_search" => Ok(Method::LineSearch),
         "trust_region" => Ok(Method::TrustRegion),
-        _ => Err(PyValueError::new_err(format!(
-            "method: got '{name}', expected 'newton', 'line_search' or 'trust_region'"
-        ))),
+        _ => {
+            let meant = suggestion(name, ["newton", "line_search", "trust_region"].into_iter());
+            let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+            Err(PyValueError::new_err(format!(
+                "method: got '{name}', expected 'newton', 'line_search' or 'trust_region'{meant}"
+            )))
+        }
     }
 }
 

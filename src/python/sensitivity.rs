@@ -13,7 +13,7 @@ use super::model::{Native, PyModel};
 use super::motion::Ticker;
 use super::segment::PySegment;
 use crate::description::rod::{SectionProperties, Segment};
-use crate::error::Interrupted;
+use crate::error::{Interrupted, Time};
 use crate::integrators::newmark::{Parameters, Scheme};
 use crate::model::{InertiaMatrix, SectionPlace};
 use crate::numerics::linalg::Matrix;
@@ -189,11 +189,11 @@ fn in_words(failure: &Failure, t: &[f64]) -> PyErr {
     match failure {
         Failure::Singular(step) => LissomError::new_err(format!(
             "the matrix of the step that ends at t = {} s is singular or not finite: there are no derivatives",
-            t[*step]
+            Time(t[*step])
         )),
         Failure::Turned(step) => LissomError::new_err(format!(
             "a spherical or free joint passes half a turn at t = {} s, where its coordinates change: runs are differentiated up to there",
-            t[*step]
+            Time(t[*step])
         )),
         Failure::Interrupted => {
             LissomError::new_err("a function of time failed while derivatives were computed")

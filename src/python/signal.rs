@@ -224,16 +224,19 @@ pub(crate) struct PyInput {
 #[pymethods]
 impl PyInput {
     #[new]
-    #[pyo3(signature = (name=None, default=None, **others), text_signature = "(name, default=0.0)")]
+    #[pyo3(signature = (name=None, default=None, *more, **others), text_signature = "(name, default=0.0)")]
     fn new(
         #[pyo3(from_py_with = arguments::given)] name: Option<&Bound<'_, PyAny>>,
         default: Option<&Bound<'_, PyAny>>,
+        more: &Bound<'_, PyTuple>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let name = required!("Input", others, name);
+        let name = required!("Input", others; more, name);
         let Ok(name) = name.extract::<String>() else {
             let found = convert::describe(name);
-            return Err(PyTypeError::new_err(format!("name: expected a string, got {found}")));
+            return Err(PyTypeError::new_err(format!(
+                "name: expected a string, got {found}; an input has a name and one value, which `simulate` changes by `u` or `control`"
+            )));
         };
         let (values, is_number) = match default {
             Some(default) => convert::scalar_or_vector(default, "default")?,
@@ -248,7 +251,8 @@ impl PyInput {
                 values.len() == if is_number { 1 } else { 3 },
                 "default",
                 found,
-                "one number, or three",
+                "one number, or three; a table of values over the time is given in place of the input, as (times, values), or by \
+                 a controller: `simulate(..., control=lambda t, q, v: [numpy.interp(t, times, values)])`",
             );
         }
         check.finish().or_raise()?;

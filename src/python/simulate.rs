@@ -3,7 +3,7 @@
 use numpy::ToPyArray;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arguments;
 use super::callback::{Raised, call, or_raised, requests_stop, with_result};
@@ -17,7 +17,7 @@ use super::part::PyPart;
 use super::robot::PyRobot;
 use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, did_you_mean};
-use crate::error::{Interrupted, InvalidInput};
+use crate::error::{Interrupted, InvalidInput, Time};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::python::words::required;
 use crate::robot::{Robot, RobotModel};
@@ -131,7 +131,7 @@ const EVERY_STEP: &str = "steps";
 #[pyfunction]
 #[pyo3(
     signature = (
-        model=None, t_end=None, *, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
+        model=None, t_end=None, *more, t0=0.0, q0=None, v0=None, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None,
         t_eval=None, progress=None, beta=None, gamma=None, alpha=None, rho_inf=None, adaptive=None,
         max_step=None, min_step=0.0, max_steps=None, predictor=None, reuse_jacobian=None, control=None,
         control_step=None, max_seconds=None, u=None, **others
@@ -145,6 +145,7 @@ const EVERY_STEP: &str = "steps";
 pub(crate) fn simulate<'py>(
     #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
+    more: &Bound<'_, PyTuple>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
@@ -171,7 +172,7 @@ pub(crate) fn simulate<'py>(
     u: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
-    let (model, t_end) = required!("simulate", others, model, t_end);
+    let (model, t_end) = required!("simulate", others; more, model, t_end);
     let Ok(model) = model.cast::<PyModel>() else {
         return Err(PyTypeError::new_err(format!(
             "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \
@@ -270,7 +271,8 @@ impl Controller {
         };
         if !function.is_callable() {
             return Err(PyTypeError::new_err(format!(
-                "control: expected a callable (t, q, v) -> u, got {}",
+                "control: expected a callable (t, q, v) -> u, got {}; for a table of values write `control=lambda t, q, v: \
+                 [numpy.interp(t, times, values)]`, for inputs that are held `u=...`",
                 convert::describe(function)
             )));
         }
@@ -319,7 +321,7 @@ fn check_signature(function: &Bound<'_, PyAny>) -> PyResult<()> {
 /// Adds the time to the message of an error about a returned value.
 fn at_time(py: Python<'_>, error: PyErr, t: f64) -> PyErr {
     if error.is_instance_of::<PyValueError>(py) || error.is_instance_of::<PyTypeError>(py) {
-        let message = format!("{} (at t = {t})", error.value(py));
+        let message = format!("{} (at t = {})", error.value(py), Time(t));
         return PyErr::from_type(error.get_type(py), message);
     }
     error
@@ -422,7 +424,7 @@ impl OptionArguments<'_, '_> {
             }
             _ => {
                 let Parameters { beta, gamma, alpha, rho_inf } = Parameters::by_name(name, &self.parameters)
-                    .map_err(|error| name_all_methods(error, name))
+                    .map_err(|error| name_methods(error, name, &OTHERS))
                     .or_raise()?;
                 Newmark {
                     rho_inf,
@@ -640,19 +642,21 @@ const COMPARED_EVERY: f64 = 1e-2;
 /// True
 #[pyfunction]
 #[pyo3(
-    signature = (rod=None, t_end=None, *, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0, **others),
+    signature = (rod=None, t_end=None, *more, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0, **others),
     text_signature = "(rod, t_end=None, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
 )]
+#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn choose_modes<'py>(
     #[pyo3(from_py_with = rod_of)] rod: Option<&Bound<'py, PyRobot>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
+    more: &Bound<'_, PyTuple>,
     #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
     #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
     #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let rod = required!("choose_modes", others, rod);
+    let rod = required!("choose_modes", others; more, rod);
     let description = rod.get().description();
     let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
     let purpose = match t_end {
@@ -693,13 +697,13 @@ pub(super) fn word<T: Data>(word: &str, name: &str) -> PyResult<T> {
 /// Methods of this function beside the Newmark family.
 const OTHERS: [&str; 5] = ["rk45", "dop853", "radau", "quasi_static", "auto"];
 
-/// Lists all methods of this function in a message that lists only the Newmark family, and the one that may be meant.
-fn name_all_methods(mut error: InvalidInput, name: &str) -> InvalidInput {
+/// Adds other methods to a message that lists the Newmark family, and the one that may be meant.
+pub(super) fn name_methods(mut error: InvalidInput, name: &str, others: &[&str]) -> InvalidInput {
     for problem in &mut error.problems {
         if problem.place == "method" {
-            let meant = did_you_mean(name, METHODS.into_iter().chain(OTHERS), "\"");
+            let meant = did_you_mean(name, METHODS.into_iter().chain(others.iter().copied()), "\"");
             let meant = meant.map(|meant| format!("; {meant}")).unwrap_or_default();
-            problem.expected.extend(OTHERS.map(|other| format!(", {other:?}")));
+            problem.expected.extend(others.iter().map(|other| format!(", {other:?}")));
             problem.expected.push_str(&meant);
         }
     }

@@ -7,7 +7,7 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::arguments;
 use super::background;
@@ -384,13 +384,14 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model=None, q0=None, *, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, **others),
+#[pyo3(signature = (model=None, q0=None, *more, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, **others),
        text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True, space_error=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     q0: Option<&Bound<'py, PyAny>>,
+    more: &Bound<'_, PyTuple>,
     load_steps: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::text::method)] method: &str,
     #[pyo3(from_py_with = arguments::number::t)] t: f64,
@@ -402,7 +403,7 @@ pub(crate) fn statics<'py>(
     #[pyo3(from_py_with = arguments::optional_flag::space_error)] space_error: Option<bool>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyStaticsResult> {
-    let model = required!("statics", others, model);
+    let model = required!("statics", others; more, model);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let held = inputs_or_default(model, u.as_deref())?;
     let of_names = model.clone();
@@ -618,13 +619,14 @@ impl PyStaticsResult {
 /// >>> buckled.success, buckled.path.stability[-1]
 /// (True, 'stable')
 #[pyfunction]
-#[pyo3(signature = (model=None, q0=None, *, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None, **others),
+#[pyo3(signature = (model=None, q0=None, *more, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None, **others),
        text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10, u=None, inputs=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn continuation<'py>(
     py: Python<'py>,
     #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     q0: Option<&Bound<'py, PyAny>>,
+    more: &Bound<'_, PyTuple>,
     #[pyo3(from_py_with = arguments::number::load_factor)] load_factor: f64,
     direction: Option<&Bound<'py, PyAny>>,
     bounds: Option<&Bound<'py, PyAny>>,
@@ -636,7 +638,7 @@ pub(crate) fn continuation<'py>(
     inputs: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyContinuationResult> {
-    let model = required!("continuation", others, model);
+    let model = required!("continuation", others; more, model);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let of_model = model;
     let held = inputs_or_default(of_model, u.as_deref())?;

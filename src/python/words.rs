@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::{PyFutureWarning, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyFloat, PyInt, PyString, PyTuple};
 
 use crate::description::schema::{did_you_mean, suggestion, unexpected};
 
@@ -32,9 +32,7 @@ pub(super) fn unexpected_in_python(words: Vec<String>, known: Vec<String>) -> St
 /// and the one that may be meant.
 pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
     let Some(others) = others.filter(|others| !others.is_empty()) else { return Ok(()) };
-    let module = others.py().import("lissom._lissom")?.into_any();
-    let called = name.split('.').try_fold(module, |owner, name| owner.getattr(name))?;
-    let signature: String = called.getattr("__text_signature__")?.extract()?;
+    let signature = signature_of(name, others.py())?;
     let known: Vec<_> = names_of(&signature).collect();
     let others: Vec<String> = others.keys().extract()?;
     // Some functions pass arguments of these names on.
@@ -45,8 +43,48 @@ pub(super) fn no_others(name: &str, others: Option<&Bound<'_, PyDict>>) -> PyRes
     Err(PyTypeError::new_err(format!("{name}() {}", unexpected(&others, &known, |_| None))))
 }
 
-/// The arguments that a function requires, once other names, which may stand for them, have been refused.
+/// Refuses more positional arguments than a function of this module takes, with the names by which the others are given.
+pub(super) fn no_more(name: &str, more: &Bound<'_, PyTuple>) -> PyResult<()> {
+    let Ok(first) = more.get_item(0) else { return Ok(()) };
+    let signature = signature_of(name, more.py())?;
+    let (positional, by_name) = signature.split_once(" *,").unwrap_or((&signature, ""));
+    let positional: Vec<_> = names_of(positional).filter(|name| *name != "self").collect();
+    let by_name: Vec<_> = names_of(by_name).collect();
+    let may_be: &[&str] = match () {
+        () if first.is_instance_of::<PyString>() => &["method", "link"],
+        () if first.is_instance_of::<PyDict>() => &["u", "limits"],
+        () if first.is_instance_of::<PyInt>() || first.is_instance_of::<PyFloat>() => &["dt", "t"],
+        () if first.is_callable() => &["control", "jac"],
+        () => &["q0", "u", "args"],
+    };
+    let meant = may_be.iter().find(|name| by_name.contains(name));
+    let meant = meant.map_or_else(String::new, |meant| format!(", such as `{meant}=...`"));
+    let others = match by_name.is_empty() {
+        true => String::new(),
+        false => format!(": give the others by name{meant}, of {}", by_name.join(", ")),
+    };
+    Err(PyTypeError::new_err(format!(
+        "{name}() takes {} positional arguments ({}) but {} were given{others}",
+        positional.len(),
+        positional.join(", "),
+        positional.len() + more.len(),
+    )))
+}
+
+/// The signature of a function, class or method of this module as a text.
+fn signature_of(name: &str, py: Python<'_>) -> PyResult<String> {
+    let module = py.import("lissom._lissom")?.into_any();
+    let called = name.split('.').try_fold(module, |owner, name| owner.getattr(name))?;
+    called.getattr("__text_signature__")?.extract()
+}
+
+/// The arguments that a function requires, once other names, which may stand for them, and further positional arguments have been
+/// refused.
 macro_rules! required {
+    ($function:literal, $others:expr; $more:ident, $($name:ident),+) => {{
+        $crate::python::words::no_more($function, $more)?;
+        $crate::python::words::required!($function, $others, $($name),+)
+    }};
     ($function:literal, $others:expr, $($name:ident),+) => {{
         $crate::python::words::no_others($function, $others)?;
         $crate::python::words::no_missing($function, &[$((stringify!($name), $name.is_none())),+])?;

@@ -14,9 +14,15 @@ static TABLES: LazyLock<HashMap<&'static str, Vec<String>>> = LazyLock::new(|| {
     tables
 });
 
+/// Keys by which other programs are told their units.
+const OF_UNITS: [&str; 5] = ["units", "unit", "unit_system", "length_unit", "length_units"];
+
 /// Advice about an unknown key at a place, where these are known.
 pub(super) fn advice(place: &str, known: &[&'static str]) -> String {
     let (table, name) = place.rsplit_once('.').unwrap_or(("", place));
+    if OF_UNITS.contains(&name) {
+        return "leave it out: all numbers are in SI units (metres, kilograms, seconds, newtons, pascals, radians)".to_owned();
+    }
     if let Some(meant) = did_you_mean(name, known.iter().copied(), "`") {
         return meant;
     }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::error::{Checker, Interrupted, InvalidInput, Number, Time};
 use crate::simulation::simulate::Simulation;
 use crate::simulation::stepping::Status;
 
@@ -72,7 +72,7 @@ impl TimeLimit {
     /// The message of a run that this limit stopped at this time.
     pub fn message(&self, t: Option<f64>) -> String {
         let seconds = Number(self.seconds.unwrap_or(f64::INFINITY));
-        let reached = t.map_or_else(String::new, |t| format!(" at t = {}", Number(t)));
+        let reached = t.map_or_else(String::new, |t| format!(" at t = {}", Time(t)));
         format!(
             "The limit of {seconds} s of wall-clock time was reached{reached}: what was computed until then is kept. Allow more \
              `max_seconds`, or make the run cheaper: longer steps, fewer modes, softer contacts."

@@ -276,11 +276,11 @@ def about_shear(rod: Link) -> list[str]:
     if slenderness >= SLENDER or not rigid:
         return []
     added = max(shear_deflection(segment, rod.length) for segment in rod.segments)
-    strains = " and ".join(sorted(rigid))
+    strains, have = " and ".join(sorted(rigid)), "has" if len(rigid) == 1 else "have"
     is_round = all(segment.section.shape in ("circle", "hollow_circle") for segment in rod.segments)
     size = "its radius" if is_round else "half its width"
     return [
-        f"The rod's length is only {slenderness:.2g} times {size}, and {strains} has no modes: "
+        f"The rod's length is only {slenderness:.2g} times {size}, and {strains} {have} no modes: "
         f"shear would add {added:.1%} to its deflection under a force at the tip."
     ]
 

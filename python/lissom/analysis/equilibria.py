@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import LissomError, Model, Robot, StaticsResult, statics
-from ..common.arguments import keywords, suggesting, whole
+from ..common.arguments import keywords, suggesting, takes, whole
 from ..common.interruption import Keeping
 from .base import ParameterResult
 from .parameters import OfModel, names_of, place_derivative, resolved
@@ -193,6 +193,8 @@ def equilibrium_sensitivity(
         raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    if objective is not None:
+        takes("objective", objective, "q", "the coordinates of the equilibrium (n,)")
     whole("frequencies", frequencies)
     if not 0 <= frequencies <= model.n:
         raise ValueError(

@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import AccuracyWarning, Input, LissomError, Model, Robot, Tendon, inputs_by_name, jacobian
+from .._lissom import (
+    AccuracyWarning,
+    Input,
+    LissomError,
+    Model,
+    Motor,
+    Robot,
+    Tendon,
+    inputs_by_name,
+    jacobian,
+)
 from ..common.arguments import flag, sequence, suggesting
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
@@ -193,7 +203,7 @@ def linearise(
     -----
     AccuracyWarning
         If `q` is no equilibrium: at rest there, the model would move by more than a thousandth of its size
-        within a second.
+        within a second. If a motor is at one of its `limits`, where its input changes nothing.
 
     Examples
     --------
@@ -248,6 +258,8 @@ def linearise(
         n, free_motions = len(free), within
     if not held and (found := _moves_off(model, seen, q, t, u, (stiffness, mass, free_motions))):
         warnings.warn(found, AccuracyWarning, stacklevel=3)
+    if found := _saturated(model, q, t, u):
+        warnings.warn(found, AccuracyWarning, stacklevel=3)
     solved = np.linalg.solve(mass, np.hstack([-stiffness, -damping, forces.T]))
     A = np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), solved[:, : 2 * n]])
     B = np.vstack([np.zeros((n, len(force_names))), solved[:, 2 * n :]])
@@ -297,6 +309,30 @@ def _moves_off(
         f"the model by about {share:.2g} of its size, or radians, and the linear model leaves them out. "
         "Take `q` of `lissom.statics(model, u=u)` with the same inputs, or `held=True` if something holds "
         "the shape."
+    )
+
+
+#: A motor this close to a limit, relative to its range, is saturated: saturation is smooth over a thousandth.
+AT_LIMIT = 2e-3
+
+
+def _saturated(model: Model, q: Array, t: float, u: Inputs | None) -> str | None:
+    """What is lost because motors are at their limits."""
+    rest = np.zeros(model.n)
+    names = []
+    for motor in (each for each in getattr(model, "actuators", ()) if isinstance(each, Motor)):
+        if motor.limits is None:
+            continue
+        low, high = motor.limits
+        force = float(model.actuator_force(motor.name, q, rest, t=t, u=u))  # type: ignore[attr-defined]
+        if min(force - low, high - force) <= AT_LIMIT * (high - low):
+            names.append(f"{motor.name!r} ({force:.4g}, limits {low:g} and {high:g})")
+    if not names:
+        return None
+    return (
+        f"Motors at their limits: {', '.join(names)}. No command changes their force there, so that in the "
+        "linear model their inputs have no effect, and their gains give no stiffness and damping. "
+        "Linearise about inputs within the limits, or leave `limits` out of the model for this."
     )
 
 

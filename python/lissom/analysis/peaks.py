@@ -34,6 +34,9 @@ EQUAL = 1e-9
 #: are both shown.
 APART = 0.02
 
+#: Units in which rounding is measured by that of others: torsion beside curvature.
+COMPARED = {"rad/m": "1/m"}
+
 #: The largest allowable size of each quantity that a segment can limit.
 LIMITS: dict[str, Callable[[Segment], float | None]] = {
     "curvature": lambda segment: segment.min_bend_radius and 1.0 / segment.min_bend_radius,
@@ -60,12 +63,14 @@ class Peak:
     X : float or None
         Arc length on the rod, metres; None where the part is no rod.
     t : float
-        Time, seconds.
+        Time, seconds; of an equilibrium that of its loads.
     index : int
         Index of the state in the result.
     limit : float or None
         The largest allowable size, from `min_bend_radius`, `max_strain` or `max_stress` of the segment at
         this place; None where the segment has none.
+    is_at_rest : bool
+        Whether it is one of an equilibrium, of which the text says no time.
     """
 
     # Pickles refer to the class by this module, whatever moves.
@@ -79,6 +84,7 @@ class Peak:
     t: float
     index: int
     limit: float | None = None
+    is_at_rest: bool = False
 
     def __post_init__(self) -> None:
         with_number(self, "value")
@@ -91,9 +97,9 @@ class Peak:
     def __str__(self) -> str:
         place = "" if self.X is None else f" at X = {self.X:.4g} m"
         allowed = "" if self.limit is None else f", {self._sized(self.limit)} is allowed,"
-        return (
-            f"{self.quantity} of {self.part}: {self._sized(self.value)}{allowed}{place}, t = {self.t:.6g} s"
-        )
+        when = "" if self.is_at_rest else f", t = {self.t:.6g} s"
+        value = f"{self._sized(self.value)}{allowed}{place}{when}".removesuffix(",")
+        return f"{self.quantity} of {self.part}: {value}"
 
     def _sized(self, value: float) -> str:
         unit = "" if self.unit == "1" else f" {self.unit}"
@@ -115,6 +121,8 @@ class States:
     clock: Array
     #: Inputs, (k, inputs).
     u: Array
+    #: Whether the states follow each other in time; an equilibrium has none.
+    have_times: bool = True
 
     @property
     def is_at_rest(self) -> bool:
@@ -125,7 +133,7 @@ class States:
     def at_rest(view: View, q: Array, t: float, u: Array) -> States:
         """An equilibrium."""
         rest = np.zeros((1, len(q)))
-        return States(view, q[None], rest, rest, np.array([t]), u[None])
+        return States(view, q[None], rest, rest, np.array([t]), u[None], have_times=False)
 
 
 def peaks_of(model: Model, states: States) -> list[Peak]:
@@ -139,11 +147,14 @@ def peaks_of(model: Model, states: States) -> list[Peak]:
         ]
     largest: dict[str, float] = {}
     for peak in found:
-        largest[peak.unit] = max(largest.get(peak.unit, 0.0), abs(peak.value))
+        unit = COMPARED.get(peak.unit, peak.unit)
+        largest[unit] = max(largest.get(unit, 0.0), abs(peak.value))
+
+    def is_rounding(peak: Peak) -> bool:
+        return abs(peak.value) < ROUNDING * largest[COMPARED.get(peak.unit, peak.unit)]
+
     # An actuator that exerts nothing is of interest, rounding is not.
-    return [
-        peak for peak in found if peak.value == 0.0 or not abs(peak.value) < ROUNDING * largest[peak.unit]
-    ]
+    return [peak for peak in found if peak.value == 0.0 or not is_rounding(peak)]
 
 
 def largest_of(peaks: Sequence[Peak]) -> list[Peak]:
@@ -296,4 +307,5 @@ def _peak(
     quantity: str, unit: str, part: str, value: float, X: float | None, states: States, state: int
 ) -> Peak:
     place = None if X is None else float(X)
-    return Peak(quantity, unit, part, float(value), place, float(states.clock[state]), state)
+    t, is_at_rest = float(states.clock[state]), not states.have_times
+    return Peak(quantity, unit, part, float(value), place, t, state, is_at_rest=is_at_rest)

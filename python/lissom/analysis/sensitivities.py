@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import LissomError, Model, Robot, finite_array, inputs_by_name, sensitivities, simulate
-from ..common.arguments import keywords, suggesting, text
+from ..common.arguments import keywords, suggesting, takes, text
 from ..common.interruption import Keeping
 from ..methods import Newmark, Radau
 from .base import ParameterResult
@@ -335,6 +335,10 @@ def _check(model: Model, method: str, options: Mapping[str, Any], objective: Any
     keywords("sensitivity", options, (*OWN, *OF_SCHEME, *OF_STEPS))
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
+    if objective is not None:
+        takes(
+            "objective", objective, "t, q, v", "the whole run: times (m,), coordinates and velocities (m, n)"
+        )
     if getattr(model, "constraints", 0):
         raise ValueError(
             "model: expected one without closed loops and tendons that do not stretch, whose runs are not "
@@ -390,7 +394,10 @@ def _held(
         raise ValueError(f"control_step: got {step!r}, expected a number of seconds > 0")
     steps = number_of_control_steps(duration, step)
     if given.shape != (steps, count):
-        raise ValueError(f"u: got shape {given.shape}, expected {(steps, count)}: (control steps, inputs)")
+        expected = (
+            f"({count},): one number per input" if steps == 1 else f"{steps, count}: (control steps, inputs)"
+        )
+        raise ValueError(f"u: got shape {given.shape}, expected {expected}")
     return given, step
 
 
@@ -398,7 +405,8 @@ def _weights(objective: Objective, t: Array, q: Array, v: Array) -> tuple[float,
     returned = objective(t, q, v)
     if not isinstance(returned, tuple) or len(returned) != 3:
         raise TypeError(
-            f"objective: returned {type(returned).__name__}, expected (value, dvalue/dq, dvalue/dv)"
+            f"objective: returned {type(returned).__name__}, expected (value, dvalue/dq, dvalue/dv): a "
+            f"number of the whole run, and its derivatives by all states, each of the shape of q, {q.shape}"
         )
     on_q, on_v = (np.ascontiguousarray(part, float) for part in returned[1:])
     for name, part in (("q", on_q), ("v", on_v)):

@@ -13,6 +13,15 @@ from .saving import output_option, results_folder, save
 from .words import progress_bar
 
 
+def _numbers(value: str) -> tuple[float, ...]:
+    """One number, or several with commas between them."""
+    try:
+        return tuple(float(part) for part in value.split(","))
+    except ValueError:
+        wrong = f"{value!r} is no number: write `--start 6 --start 1`, or `--start 6,1`"
+        raise click.BadParameter(wrong) from None
+
+
 def _number(name: str, what: str, **more: Any) -> Callable[[Any], Any]:
     """An option with a number; without it the value of the lab's report counts."""
     return click.option(f"--{name}", type=float, metavar="NUMBER", help=what, **more)
@@ -20,7 +29,13 @@ def _number(name: str, what: str, **more: Any) -> Callable[[Any], Any]:
 
 @click.command("lab")
 @output_option("Folder for the results.", Path("results/lab"))
-@_number("start", "Start of Newton's method; may be repeated.  [default: 6, 1, 0.7]", multiple=True)
+@click.option(
+    "--start",
+    type=_numbers,
+    metavar="NUMBER",
+    multiple=True,
+    help="Start of Newton's method; several with commas, or by repeating it.  [default: 6,1,0.7]",
+)
 @_number("dt", "Short implicit step, s; less than 1.  [default: 0.01]")
 @_number("mass", "Mass of the pendulum, kg.  [default: 1]")
 @_number("stiffness", "Stiffness of its spring, N/m.  [default: 10]")
@@ -30,7 +45,7 @@ def _number(name: str, what: str, **more: Any) -> Callable[[Any], Any]:
 @_number("young-modulus", "Young's modulus of the rod, Pa.  [default: 2.1e11]")
 @_number("density", "Density of the rod, kg/m³.  [default: 7800]")
 @_number("retardation-time", "Damping of the rod, s.  [default: 0.0001]")
-def command(output: Path, start: tuple[float, ...], **options: float | None) -> int:
+def command(output: Path, start: tuple[tuple[float, ...], ...], **options: float | None) -> int:
     """Rerun the numerical-methods lab.
 
     Reproduces its nine figures and three tables and compares them with the numbers of its report, in some
@@ -45,7 +60,7 @@ def command(output: Path, start: tuple[float, ...], **options: float | None) -> 
 
     given: dict[str, Any] = {name: value for name, value in options.items() if value is not None}
     if start:
-        given["start"] = start
+        given["start"] = tuple(number for numbers in start for number in numbers)
     try:
         setup = numerical_lab.Setup(**given)
     except ValueError as error:

@@ -35,7 +35,7 @@ def command(
     """
     from .._lissom import LissomError
     from ..analysis.advice import about_model
-    from ..drawing.oscillation import frequency, is_rounding
+    from ..drawing.oscillation import frequency, oscillates
     from ..drawing.report import studies as words
     from ..results import studies
 
@@ -61,7 +61,7 @@ def command(
     rows += [
         (
             f"mode {number}",
-            frequency(done.found, k) if is_rounding(done.found, k) else f"{hertz} Hz, damping ratio {ratio}",
+            f"{hertz} Hz, damping ratio {ratio}" if oscillates(done.found, k) else frequency(done.found, k),
         )
         for k, (number, hertz, ratio, _) in enumerate(words.table(done.found)[: words.LISTED])
     ]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
+    import inspect
     from collections.abc import Mapping
     from typing import TypeAlias
 
@@ -88,6 +89,19 @@ def _stand_ins(function: str, given: Iterable[str], missing: Iterable[str]) -> N
             raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {advice}")
 
 
+def _too_many(function: str, given: int, parameters: Sequence[inspect.Parameter]) -> None:
+    """Raise TypeError for more positional arguments than a function takes, with the names of the others."""
+    own = [each.name for each in parameters if each.kind is not each.KEYWORD_ONLY]
+    first = [name for name in own if name != "self"]
+    given -= len(own) - len(first)
+    others = [each.name for each in parameters if each.kind is each.KEYWORD_ONLY]
+    by_name = f": give the others by name, of {', '.join(others)}" if others else ""
+    raise TypeError(
+        f"{function}() takes {len(first)} positional arguments ({', '.join(first)}) "
+        f"but {given} were given{by_name}"
+    )
+
+
 def suggesting(called: F, remarks: Mapping[str, str] | None = None) -> F:
     """Let a function, or a class where it is called, refuse keyword arguments by `keywords`.
 
@@ -102,6 +116,8 @@ def suggesting(called: F, remarks: Mapping[str, str] | None = None) -> F:
     shown = called.__qualname__
     parameters = inspect.signature(function).parameters.values()
     passes_on = any(each.kind is each.VAR_KEYWORD for each in parameters)
+    takes_all = any(each.kind is each.VAR_POSITIONAL for each in parameters)
+    most = sum(each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD) for each in parameters)
     named = [each for each in parameters if each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)]
     known = [each.name for each in named if each.name != "self"]
     required = [each.name for each in named if each.default is each.empty]
@@ -119,12 +135,31 @@ def suggesting(called: F, remarks: Mapping[str, str] | None = None) -> F:
         for name in explained:
             if name in required[len(args) :] and name not in kwargs:
                 raise TypeError(f"{shown}() missing required argument {name!r}: {explained[name]}")
+        if len(args) > most and not takes_all:
+            _too_many(shown, len(args), list(parameters))
         return function(*args, **kwargs)
 
     if isinstance(called, type):
         type.__setattr__(called, "__init__", checked)
         return called
     return checked  # type: ignore[return-value]
+
+
+def takes(name: str, function: Callable[..., Any], arguments: str, what: str) -> None:
+    """Raise TypeError for a function that cannot be called with these arguments, as far as that is known."""
+    import inspect
+
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):
+        return
+    try:
+        signature.bind(*arguments.split(", "))
+    except TypeError:
+        raise TypeError(
+            f"{name}: is called as {name}({arguments}), with {what}, but takes {signature}: write "
+            f"`def {name}({arguments}): ...`"
+        ) from None
 
 
 def sequence(name: str, value: Any, of: str) -> list[Any]:

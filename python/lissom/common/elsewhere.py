@@ -12,7 +12,33 @@ NAMES: Mapping[str, str] = {
     "solve": "simulate",
     "run": "simulate",
     "odeint": "solve_ivp",
+    "ode45": "solve_ivp",
+    "ode23": "solve_ivp",
+    "ode15s": "solve_ivp",
+    "ode": "solve_ivp",
+    "rk4": "solve_ivp",
+    "RK4": "solve_ivp",
+    "RK23": "solve_ivp",
+    "runge_kutta": "solve_ivp",
+    "euler": "solve_ivp",
+    "LSODA": "solve_ivp",
+    "BDF": "solve_ivp",
+    "HHT": "newmark",
+    "hht": "newmark",
+    "generalised_alpha": "newmark",
+    "generalized_alpha": "newmark",
+    "verlet": "newmark",
+    "quasi_static": "simulate",
     "fsolve": "root",
+    "newton": "root",
+    "newton_raphson": "root",
+    "root_scalar": "root",
+    "least_squares": "root",
+    "brentq": "root",
+    "bisect": "root",
+    "curve_fit": "fit",
+    "identify": "fit",
+    "minimize": "fit",
     "equilibrium": "statics",
     "eigenmodes": "modes",
     "Beam": "Rod",
@@ -46,6 +72,31 @@ def no_attribute(thing: object, name: str, instead: Mapping[str, str]) -> NoRetu
     raise AttributeError(f"{sentence}: {hint}" if hint else sentence, name=name, obj=thing)
 
 
+_TABLE = "a table is `result.to_xarray().to_dataframe()`, which has `to_csv(path)` and others"
+_FILM, _FIGURE = "films are written by `animate(path)`", "pictures are written by `picture(path)`"
+
+#: What writes files of other kinds, by their suffixes.
+WRITTEN: Mapping[str, str] = {
+    **dict.fromkeys((".csv", ".txt", ".dat", ".xlsx", ".parquet", ".json", ".feather"), _TABLE),
+    **dict.fromkeys((".gif", ".mp4", ".webm", ".avi", ".mov"), _FILM),
+    **dict.fromkeys((".png", ".pdf", ".svg", ".jpg", ".jpeg"), _FIGURE),
+    **dict.fromkeys((".html", ".htm"), "pages are written by `report(path)`"),
+    ".gltf": "glTF is written in its binary form, .glb",
+    **dict.fromkeys((".stl", ".step", ".dae"), "surfaces are written as .obj, .ply or .glb"),
+    **dict.fromkeys((".vtk", ".vtu", ".vtp", ".pvd"), "ParaView reads .vtkhdf"),
+    **dict.fromkeys((".h5", ".hdf5"), ".nc is HDF5 as well"),
+    ".mat": "MATLAB reads .nc (`ncread`)",
+    **dict.fromkeys((".pkl", ".pickle"), ".lissom is read by `lissom.load`"),
+}
+
+#: What reads files of other kinds, by their suffixes.
+READ: Mapping[str, str] = {
+    **dict.fromkeys((".urdf", ".xml"), "robots are read by `lissom.Robot.from_urdf(path)`"),
+    ".toml": "scenes are read by `lissom.Scene.load(path)`",
+    ".csv": "tables are read by `numpy.loadtxt`, and `lissom.RecordedMotion` takes them",
+}
+
+
 def of_package(name: str, known: Iterable[str]) -> str:
     """What to use in place of a name of the package; empty if there is nothing like it."""
     if name in NAMES:
@@ -60,3 +111,9 @@ def of_package(name: str, known: Iterable[str]) -> str:
     names = list(known)
     close = next((each for each in names if each.lower() == name.lower()), None) or meant(name, names)
     return f"; did you mean {close!r}?" if close else ""
+
+
+def of_suffix(suffix: str, instead: Mapping[str, str], asked: str) -> str:
+    """What to use for files with a suffix that a method does not take; empty if nothing else is known."""
+    hint = instead.get(suffix.lower(), "")
+    return f"; {hint}" if hint and f"`{asked}(" not in hint else ""

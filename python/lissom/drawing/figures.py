@@ -19,6 +19,7 @@ from .._lissom import MotionResult, StaticsResult
 from ..analysis.between import state_at
 from ..common import disk
 from ..common.arguments import number, path_of
+from ..common.elsewhere import WRITTEN, of_suffix
 from ..common.extras import missing
 from ..model import views
 from ..model.visuals import Visual
@@ -138,7 +139,8 @@ def _checked(
     """The arguments of all figures: path, width, and direction to the viewer."""
     path = path_of(path)
     if path.suffix not in SUFFIXES:
-        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(SUFFIXES)}")
+        instead = of_suffix(path.suffix, WRITTEN, "picture")
+        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(SUFFIXES)}{instead}")
     width = number("width", width)
     if not WIDTHS[0] <= width <= WIDTHS[1]:
         raise ValueError(f"width: {width:g} m is not between {WIDTHS[0]:g} and {WIDTHS[1]:g} m")

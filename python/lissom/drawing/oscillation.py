@@ -30,9 +30,22 @@ def is_rounding(found: ModesResult, k: int) -> bool:
     return bool(found.frequency[k] <= ROUNDING * found.frequency.max())
 
 
+def is_overdamped(found: ModesResult, k: int) -> bool:
+    """Whether a mode returns without oscillation: its eigenvalue is real."""
+    s = found.eigenvalues[k]
+    return bool(s.real < 0.0 and abs(s.imag) <= ROUNDING * abs(s)) and not is_rounding(found, k)
+
+
+def oscillates(found: ModesResult, k: int) -> bool:
+    """Whether a mode has a frequency."""
+    return not (is_rounding(found, k) or is_overdamped(found, k))
+
+
 def frequency(found: ModesResult, k: int) -> str:
     """The frequency of a mode as text."""
     hertz = found.frequency[k]
+    if is_overdamped(found, k):
+        return "overdamped, without oscillation"
     if not is_rounding(found, k):
         return f"{hertz:.4g} Hz"
     return "grows without oscillation" if found.eigenvalues[k].real > 0 else "rigid-body motion"

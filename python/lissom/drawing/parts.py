@@ -103,7 +103,7 @@ def parts(
         poses = np.broadcast_to(np.eye(4), (len(q), 4, 4)) if poses is None else poses
         opacity = contacts.OPACITY if isinstance(shape, Tube) else 1.0
         found.append(_carried(name, layer, vertices, triangles, poses, isinstance(shape, OPEN), opacity))
-    for ball in contacts.balls(touching, q, t):
+    for ball in contacts.balls(touching, q, t, bodies):
         unit, triangles = meshes.BALL
         found.append(_rigid(ball.name, ball.layer, ball.radius * unit, triangles, ball.points))
     found = [_repeated(part, len(q)) for part in found]

@@ -27,8 +27,10 @@ from ..analysis.quantiles import BAND, quantiles
 from ..analysis.sensitivities import SensitivityResult
 from ..common import disk
 from ..common.arguments import number, path_of, whole
+from ..common.elsewhere import WRITTEN, of_suffix
 from ..common.extras import missing
 from ..model import views
+from ..model.units import with_unit
 from ..model.views import Coordinate, View, view
 from ..model.visuals import Visual
 from ..results.datasets import coordinates
@@ -233,7 +235,7 @@ def of_parameters(result: Any) -> NDArray[Any]:
         known = coordinates(result._model, result.q.shape[1])
         values, labels, what = result.dq[at], [c.name for c in known], "coordinates"
     for i, one in enumerate(axes):
-        _curves(one, result.t[at], values[:, :, i], labels, f"{what} per unit of\n{names[i]}")
+        _curves(one, result.t[at], values[:, :, i], labels, f"{what} per unit of\n{with_unit(names[i])}")
     axes[-1].set_xlabel("time (s)")
     return axes  # type: ignore[no-any-return]
 
@@ -242,7 +244,7 @@ def _bars(names: Sequence[str], of_each: dict[str, Array]) -> NDArray[Any]:
     axes = _axes(len(of_each))
     for one, (label, values) in zip(axes, of_each.items(), strict=True):
         one.barh(np.arange(len(names)), values)
-        one.set_yticks(np.arange(len(names)), [_literal(name) for name in names], fontsize="small")
+        one.set_yticks(np.arange(len(names)), [_literal(with_unit(name)) for name in names], fontsize="small")
         one.invert_yaxis()
         one.set_xlabel(f"{label} per unit of the parameter")
         one.grid(alpha=0.3, axis="x")
@@ -404,7 +406,8 @@ def animate_mode(
 def _suffixed(path: str | os.PathLike[str]) -> Path:
     path = path_of(path)
     if path.suffix not in CODECS:
-        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}")
+        instead = of_suffix(path.suffix, WRITTEN, "animate")
+        raise ValueError(f"path: {path.name!r} has to end with one of {', '.join(CODECS)}{instead}")
     return path
 
 

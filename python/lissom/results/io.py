@@ -21,6 +21,7 @@ import numpy as np
 from .._lissom import __version__
 from ..common import disk
 from ..common.arguments import path_of, suggesting
+from ..common.elsewhere import READ, WRITTEN, of_suffix
 from ..common.extras import missing
 from . import records
 from .datasets import dataset
@@ -140,21 +141,11 @@ def save(
     disk.write(path, write(result, model))
 
 
-#: What reads files that are no results.
-READ_BY = {
-    ".toml": "lissom.Scene.load reads scenes",
-    ".urdf": "lissom.Robot.from_urdf reads robots",
-    ".xml": "lissom.Robot.from_urdf reads robots from URDF",
-    ".csv": "numpy.loadtxt reads tables, and `lissom.RecordedMotion` takes them",
-}
-
-
 def _by_suffix(path: Path, known: dict[str, Any]) -> Any:
     if path.suffix not in known:
         kinds = ", ".join(known)
-        other = READ_BY.get(path.suffix.lower()) if known is READERS else None
-        elsewhere = f"; {other}" if other else ""
-        raise ValueError(f"path: {path.name!r} has to end with one of {kinds}{elsewhere}")
+        instead = of_suffix(path.suffix, *((READ, "load") if known is READERS else (WRITTEN, "save")))
+        raise ValueError(f"path: {path.name!r} has to end with one of {kinds}{instead}")
     return known[path.suffix]
 
 

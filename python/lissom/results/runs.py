@@ -237,9 +237,13 @@ class Made:
         return instants(len(self.t), most)
 
 
+#: Parts of a model by their numbers, whose tables in scenes have names in the singular.
+PARTS = re.compile(r"\b(contact|link|load|loop|magnet|segment|support)s\[")
+
+
 def in_words_of_a_scene(message: str) -> str:
     """A message of a solver with scene keys in place of the options of ``simulate``."""
-    advice = message.replace(NOT_FOR_SCENES, "")
+    advice = re.sub(PARTS, r"\1[", message.replace(NOT_FOR_SCENES, ""))
     return re.sub(r"`(\w+)`", lambda name: f"`{SCENE_KEYS.get(name[1], name[1])}`", advice)
 
 

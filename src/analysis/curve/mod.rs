@@ -29,7 +29,7 @@ use crate::analysis::reach::Target;
 use crate::analysis::reach::misfit::Misfit;
 use crate::analysis::statics::Monitor;
 use crate::description::joint::Joint;
-use crate::error::{InvalidInput, Unfinished};
+use crate::error::{InvalidInput, Rounded, Unfinished};
 use crate::model::{InvalidShape, rotation_vectors};
 use crate::numerics::linalg::norm;
 use crate::numerics::roots::least_squares::{Bounds, Counters, End, Options, SecondOrder, solve};
@@ -212,10 +212,10 @@ fn message(found: &Followed) -> String {
         Status::Interrupted => "The search was interrupted.".to_owned(),
     };
     format!(
-        "{said} Distance from the points: at most {:.3e} m, {:.3e} m in the root mean square. Where that is too much, give the \
+        "{said} Distance from the points: at most {} m, {} m in the root mean square. Where that is too much, give the \
          segments more modes or divide them, check that the points are in the axes in which the link is attached, and give \
          `X` if they do not reach from base to tip.",
-        found.largest_distance(),
-        found.rms_distance()
+        Rounded(found.largest_distance()),
+        Rounded(found.rms_distance())
     )
 }

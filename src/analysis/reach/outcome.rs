@@ -1,6 +1,7 @@
 //! The result of a search for a shape.
 
 use super::misfit::Error;
+use crate::error::Rounded;
 use crate::model::{InvalidShape, at_least};
 use crate::numerics::roots::least_squares::{Counters, End};
 use crate::robot::{Pose, Robot};
@@ -147,7 +148,7 @@ pub(crate) fn remaining(robot: &Robot, errors: impl Iterator<Item = (usize, Erro
     let (mut largest, mut listed) = (0.0_f64, Vec::new());
     for (link, Error { position, orientation }) in errors {
         let name = &robot.links[link].name;
-        listed.push(format!("'{name}' is off by {position:.3e} m and {orientation:.3e} rad"));
+        listed.push(is_off(name, position, orientation));
         largest = largest.max(position);
     }
     (listed.join(", "), question_of_units(robot, largest))
@@ -162,6 +163,11 @@ fn question_of_units(robot: &Robot, error: f64) -> String {
         true => format!(" The robot is {length:.3} m long: are the targets in metres?"),
         false => String::new(),
     }
+}
+
+/// By how much a link misses its target.
+fn is_off(link: &str, position: f64, orientation: f64) -> String {
+    format!("'{link}' is off by {} m and {} rad", Rounded(position), Rounded(orientation))
 }
 
 /// "a is", "a, b and 7 others are".

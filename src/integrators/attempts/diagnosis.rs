@@ -1,7 +1,7 @@
 //! Diagnosis of attempted steps: contacts, stops and impacts that the solver of a step does not see.
 
 use super::impacts::{Impacts, Remedy};
-use crate::error::{Interrupted, Number};
+use crate::error::{Interrupted, Number, Time};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
     CollidingParts, EnergySnapshot, Facts, ForwardScratch, GainCheck, InvalidShape, Model, Radius,
@@ -445,7 +445,7 @@ impl Unilateral {
             return Some(format!(
                 "From t = {} on the shape is an unstable equilibrium, which steps without inertia do not leave: take shorter steps up to this time, \
                  so that they follow the stable branch, perturb the shape slightly, or use a method with inertia.",
-                Number(t)
+                Time(t)
             ));
         }
         self.impacts.doubt(dt, remedy)

@@ -4,6 +4,7 @@ use super::linear_system::LinearSystem;
 use super::options::{Options, StepSize};
 use super::stepper::Stepper;
 use crate::error::{Interrupted, InvalidInput};
+use crate::integrators::second_order::runaway;
 use crate::integrators::second_order::{
     SecondOrderSystem, Solution, check_points, check_times, collect, points_in_memory, steps,
 };
@@ -40,7 +41,11 @@ pub fn solve<S: SecondOrderSystem + ?Sized>(
         None => 1,
     };
     check_points(points, n)?;
-    Ok(collect(system, &mut stepper, n, points, t_eval, monitor))
+    let mut solution = collect(system, &mut stepper, n, points, t_eval, monitor);
+    if let Some(sentence) = runaway::sentence(&solution) {
+        solution.message = format!("{sentence} {}", solution.message);
+    }
+    Ok(solution)
 }
 
 steps!(Stepper);

@@ -8,7 +8,7 @@ use super::radau::Radau;
 use super::state::{Advance, Counters, State};
 use super::status::Status;
 use super::{FirstOrderSystem, initial_step};
-use crate::error::{Interrupted, InvalidInput, Number};
+use crate::error::{Interrupted, InvalidInput, Time};
 use crate::numerics::memory;
 use crate::numerics::tape::Tape;
 
@@ -366,7 +366,7 @@ impl Stepper {
     pub fn explain(&self, status: Status) -> String {
         let smallest_is_min_step =
             self.state.min_step > 0.0 && self.state.smallest_step() == self.state.min_step;
-        let [t, t_end, min_step] = [self.state.t, self.state.t_end, self.state.min_step].map(Number);
+        let [t, t_end, min_step] = [self.state.t, self.state.t_end, self.state.min_step].map(Time);
         let mut message = match status {
             Status::Finished => "The end of the integration interval was reached.".to_owned(),
             // SciPy's message, which programs compare with.
@@ -401,7 +401,7 @@ impl Stepper {
             ),
             Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
         };
-        if let Some(t) = self.state.stiff_at.map(Number) {
+        if let Some(t) = self.state.stiff_at.map(Time) {
             message.push_str(&format!(
                 " The problem seems to be stiff at t = {t}: stability, not accuracy, limits the steps of this \
                  explicit method; `method=\"radau\"` would need far fewer."

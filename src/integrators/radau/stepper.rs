@@ -2,7 +2,7 @@
 
 use super::Options;
 use super::stages::{Stages, Start};
-use crate::error::{Interrupted, InvalidInput, Number};
+use crate::error::{Interrupted, InvalidInput, Time};
 use crate::integrators::attempts::{self, Adaptive, Ends, Sizes, Tried, Unilateral, adaptive_step};
 use crate::integrators::newmark;
 use crate::integrators::newmark::LinearSystem;
@@ -339,7 +339,7 @@ impl Stepper {
 
     /// Describes a status of this integration, with advice unless it is a success.
     pub fn explain(&self, status: Status) -> String {
-        let [t, h] = [self.t, self.h].map(Number);
+        let [t, h] = [self.t, self.h].map(Time);
         match status {
             Status::StepFailed(Failure::NonFinite) => format!(
                 "The residual or its Jacobian became NaN or infinite right after t = {t}, however small the step; the result \
@@ -359,7 +359,7 @@ impl Stepper {
                 "The limit of {} steps was reached at t = {t}, before the end of the interval, {}: increase `max_steps`, or \
                  loosen `rtol` and `atol`.",
                 self.options.max_steps,
-                Number(self.t_end)
+                Time(self.t_end)
             ),
             Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
             Status::Finished | Status::NoInitialAcceleration(_) => self.initial.explain(status),

@@ -13,6 +13,7 @@
 
 mod grid;
 mod problem;
+pub(crate) mod runaway;
 mod solution;
 mod status;
 mod system;

@@ -12,7 +12,7 @@ use std::sync::{Mutex, PoisonError};
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use self::inputs::Inputs;
 use self::models::{Count, Models};
@@ -108,7 +108,7 @@ pub(super) use self::result::PyEnsembleResult;
 #[pyfunction]
 #[pyo3(
     signature = (
-        model=None, t_end=None, *, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
+        model=None, t_end=None, *more, t0=0.0, q0=None, v0=None, u=None, control_step=None, workers=None, progress=None, keep="states",
         places=None, memory_limit=MEMORY_LIMIT, method=MethodOf::Name("newmark"), dt=1e-2, jac=None, rtol=None, atol=None, t_eval=None, beta=None,
         gamma=None, alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_steps=None, predictor=None,
         reuse_jacobian=None, max_seconds=None, **others
@@ -122,6 +122,7 @@ pub(super) use self::result::PyEnsembleResult;
 pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
+    more: &Bound<'_, PyTuple>,
     #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
     q0: Option<&Bound<'py, PyAny>>,
     v0: Option<&Bound<'py, PyAny>>,
@@ -151,7 +152,7 @@ pub(crate) fn simulate_many<'py>(
     #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyEnsembleResult> {
-    let (model, t_end) = required!("simulate_many", others, model, t_end);
+    let (model, t_end) = required!("simulate_many", others; more, model, t_end);
     let (py, keep, workers) = (model.py(), keep_of(keep)?, threads(workers)?);
     let models = Models::of(model)?;
     let first = models.first();

@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyString, PyType};
 
 use super::stepper::{PyDop853, PyRadau, PyRk45};
+use crate::description::schema::suggestion;
 use crate::integrators::ode::Method;
 
 const METHODS: &str = "'rk45', 'dop853' or 'radau' (or one of the classes RK45, DOP853 and Radau)";
@@ -33,6 +34,8 @@ pub(super) fn method(value: &Bound<'_, PyAny>) -> PyResult<Method> {
     };
     NAMES.iter().find(is_named).map(|&(_, _, method)| method).ok_or_else(|| {
         let found = value.repr().unwrap_or_else(|_| PyString::new(py, "an unknown object"));
-        PyValueError::new_err(format!("method: got {found}, expected {METHODS}"))
+        let meant = name.as_deref().and_then(|name| suggestion(name, NAMES.iter().map(|(own, ..)| *own)));
+        let meant = meant.map_or_else(String::new, |meant| format!("; did you mean '{meant}'?"));
+        PyValueError::new_err(format!("method: got {found}, expected {METHODS}{meant}"))
     })
 }

@@ -338,17 +338,18 @@ impl PyRobot {
     /// pose : ndarray, shape (4, 4) for a number, (m, 4, 4) for an array; (k, 4, 4) and (k, m, 4, 4) for k states
     ///     Homogeneous transformations from body to world: ``pose[..., :3, :3]`` has the body axes as columns,
     ///     ``pose[..., :3, 3]`` is the position in metres.
-    #[pyo3(signature = (q=None, X=None, *, link=None, t=None, **others),
+    #[pyo3(signature = (q=None, X=None, *more, link=None, t=None, **others),
            text_signature = "($self, q, X=None, *, link=None, t=None)")]
     fn pose<'py>(
         &self,
         #[pyo3(from_py_with = arguments::given)] q: Option<&Bound<'py, PyAny>>,
         X: Option<&Bound<'py, PyAny>>,
+        more: &Bound<'_, PyTuple>,
         #[pyo3(from_py_with = arguments::optional_text::link)] link: Option<&str>,
         t: Option<&Bound<'py, PyAny>>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let q = required!("Robot.pose", others, q);
+        let q = required!("Robot.pose", others; more, q);
         places::poses(self, q, X, link, t)
     }
 

@@ -25,7 +25,10 @@ impl PyRobot {
             return Ok(());
         }
         Err(PyValueError::new_err(match link.rod.is_empty() {
-            true => format!("X: got {x}, but link '{}' has no rod: leave X out", link.name),
+            true => format!(
+                "X: got {x}, but link '{}' has no rod, on which it would be an arc length: leave it out",
+                link.name
+            ),
             false => format!("X: got {x}, expected an arc length in [0, {length}] (metres)"),
         }))
     }

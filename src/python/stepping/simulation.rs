@@ -7,7 +7,7 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
+use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::super::arguments;
 use super::super::callback::or_raised;
@@ -118,7 +118,7 @@ impl PySimulation {
     #[new]
     #[pyo3(
         signature = (
-            model=None, *, dt=None, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
+            model=None, *more, dt=None, method=None, q0=None, v0=None, t0=0.0, rtol=None, atol=None, beta=None, gamma=None,
             alpha=None, rho_inf=None, adaptive=None, max_step=None, min_step=0.0, max_seconds=None, **others
         ),
         text_signature = "(model, *, dt, method='newmark', q0=None, v0=None, t0=0.0, rtol=1e-06, atol=None, beta=0.25, \
@@ -127,6 +127,7 @@ impl PySimulation {
     #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python class")]
     fn new(
         #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'_, PyAny>>,
+        more: &Bound<'_, PyTuple>,
         #[pyo3(from_py_with = arguments::given_number::dt)] dt: Option<f64>,
         method: Option<&Bound<'_, PyAny>>,
         q0: Option<&Bound<'_, PyAny>>,
@@ -144,7 +145,7 @@ impl PySimulation {
         #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let (model, dt) = required!("Simulation", others, model, dt);
+        let (model, dt) = required!("Simulation", others; more, model, dt);
         let py = model.py();
         let Ok(model) = model.cast::<PyModel>() else {
             return Err(PyTypeError::new_err(format!(

@@ -289,7 +289,7 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
 impl PySimulations {
     #[new]
     #[pyo3(
-        signature = (model=None, count=None, *, q0=None, v0=None, t0=0.0, workers=None, **options),
+        signature = (model=None, count=None, *more, q0=None, v0=None, t0=0.0, workers=None, **options),
         text_signature = "(model, count=None, *, dt, method='newmark', q0=None, v0=None, t0=0.0, workers=None, rtol=1e-06, \
                           atol=None, beta=0.25, gamma=0.5, alpha=None, rho_inf=None, adaptive=False, max_step=None, \
                           min_step=0.0, max_seconds=None)"
@@ -299,13 +299,14 @@ impl PySimulations {
         py: Python<'_>,
         #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::optional_whole::count)] count: Option<i64>,
+        more: &Bound<'_, PyTuple>,
         q0: Option<&Bound<'_, PyAny>>,
         v0: Option<&Bound<'_, PyAny>>,
         #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
         #[pyo3(from_py_with = arguments::optional_whole::workers)] workers: Option<i64>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let model = required!("Simulations", options, model);
+        let model = required!("Simulations", options; more, model);
         check_start_time(t0).or_raise()?;
         let workers = threads(workers)?;
         let models = models_of(model, count)?;

@@ -1,7 +1,7 @@
 //! Slack tendons during a motion, and negative tension commands, checked at the times of the result only.
 
 use super::Simulation;
-use crate::error::{Interrupted, Number};
+use crate::error::{Interrupted, Rounded, Time};
 use crate::model::{Dynamics as _, InTime as _};
 use crate::robot::RobotModel;
 use crate::robot::effects::actuator::{Actuator, Drive, Tendon};
@@ -76,11 +76,11 @@ impl Slack {
     pub fn sentence(&self) -> String {
         let Self { name, from, lowest } = self;
         match lowest {
-            None => format!("'{name}' is slack, first at t = {}.", Number(*from)),
+            None => format!("'{name}' is slack, first at t = {}.", Time(*from)),
             Some(lowest) => format!(
                 "The commanded tension of '{name}' is as low as {} N, first negative at t = {}: a tendon never pushes.",
-                Number(*lowest),
-                Number(*from)
+                Rounded(*lowest),
+                Time(*from)
             ),
         }
     }

@@ -55,6 +55,8 @@ pub(super) struct EnergyWatch {
     left: usize,
     /// Whether loads vary in time.
     varies: bool,
+    /// Whether something may supply energy: loads, motors, inputs.
+    is_driven: bool,
     /// Whether neither the model nor the method dissipates energy.
     keeps_energy: bool,
     /// Whether the model dissipates no energy, and only rigid shapes touch.
@@ -98,7 +100,7 @@ impl EnergyWatch {
         if varies && model.set_time(t0).is_err() {
             return None;
         }
-        let is_driven = model.facts().is_driven || varies;
+        let is_driven = model.facts().is_driven || varies || model.facts().inputs() > 0;
         let is_free = !model.facts().is_damped && !model.facts().is_one_sided && !is_driven;
         let lasting = if has_contact { EVALUATIONS_OF_A_RISE } else { 1 };
         let mut largest = model.energy(q, v);
@@ -113,6 +115,7 @@ impl EnergyWatch {
             supplied: 0.0,
             left: STEPS_PER_EVALUATION,
             varies,
+            is_driven,
             keeps_energy: is_free && !has_contact && scheme == Scheme::AVERAGE_ACCELERATION,
             keeps_in_contact: is_free && has_contact && !model.facts().has_rods_in_contact,
             has_contact,
@@ -232,7 +235,9 @@ impl EnergyWatch {
 
     fn found<M: Model>(self, model: &mut M, end: State<'_>) -> Option<String> {
         let rounding = self.rounding();
-        let Self { keeps_energy, gain, loss: (loss, at), rise, during: (from, to), largest, .. } = self;
+        let Self {
+            keeps_energy, is_driven, gain, loss: (loss, at), rise, during: (from, to), largest, ..
+        } = self;
         let hidden = (AT_REST * largest.elastic).max(rounding);
         let exceeds = |change: f64, part: f64| change > (part * largest.kinetic).max(hidden);
         let share = |change: f64| match change < REPORTED_IN_JOULES * largest.kinetic {
@@ -240,10 +245,12 @@ impl EnergyWatch {
             false => format!("{change:.1e} J, far more than the largest kinetic energy"),
         };
         let found = if exceeds(gain, ENERGY_GAIN) || exceeds(rise, ENERGY_RISE) {
-            format!(
-                "Between t = {from:.3} s and {to:.3} s the energy rises by {}, though nothing supplies any",
-                share(rise)
-            )
+            // The potential of loads and motors is part of the energy.
+            let but = match is_driven || largest.loads > 0.0 {
+                true => "beyond what loads, motors and inputs supply",
+                false => "though nothing supplies any",
+            };
+            format!("Between t = {from:.3} s and {to:.3} s the energy rises by {}, {but}", share(rise))
         } else if keeps_energy && exceeds(loss, ENERGY_LOSS) {
             format!("Until t = {at:.3} s the energy falls by {}, though nothing dissipates any", share(loss))
         } else {

@@ -1,6 +1,6 @@
 //! Initial states that satisfy the constraints of closed loops.
 
-use crate::error::{InvalidInput, Number};
+use crate::error::{InvalidInput, Rounded};
 use crate::model::constraint::{closing, projection};
 use crate::model::{Model, chart};
 
@@ -56,6 +56,6 @@ impl Start {
 
     /// Sentence for messages about a start that was moved.
     pub(crate) fn sentence(moved: f64) -> String {
-        format!(" The start was moved by {} m to satisfy its constraints.", Number(moved))
+        format!(" The start was moved by {} m to satisfy its constraints.", Rounded(moved))
     }
 }

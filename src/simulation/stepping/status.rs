@@ -1,6 +1,6 @@
 //! Status of a run.
 
-use crate::error::Number;
+use crate::error::Time;
 use crate::integrators::ode;
 use crate::integrators::second_order;
 use crate::model::{InvalidShape, Model, at_least};
@@ -98,7 +98,7 @@ impl Stop {
             "The accelerations at t = {} could not be found: the mass matrix is singular, or not finite, at the start. Change the \
              initial state (coordinates of a universal joint, of hinges in a row, or of a pendulum without length may be singular there), or give every \
              coordinate a mass.",
-            Number(t),
+            Time(t),
         );
         let failure = second_order::Failure::SingularJacobian;
         Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
@@ -109,7 +109,7 @@ impl Stop {
         let message = format!(
             "The motion cannot begin at t = {}: energies there are beyond what double precision holds. Check the units of the \
              initial state.",
-            Number(t),
+            Time(t),
         );
         let failure = second_order::Failure::NonFinite;
         Self { status: Status::SecondOrder(second_order::Status::NoInitialAcceleration(failure)), message }
@@ -120,7 +120,7 @@ impl Stop {
         let message = format!(
             "Near t = {} the loops pass a singular position, where there are several ways to go on: the last state says \
              nothing about the motion. Take `method=\"generalised_alpha\"`, whose steps go on as the motion did.",
-            Number(t),
+            Time(t),
         );
         Self { status: Status::Singular, message }
     }
@@ -131,7 +131,7 @@ impl Stop {
             "Near t = {} the length of a tendon that does not stretch jumps, or constraints pass a singular position, where there \
              are several ways to go on: the last state says nothing about the motion. Change lengths gradually, give the \
              tendon a `stiffness`, or take `method=\"generalised_alpha\"`.",
-            Number(t),
+            Time(t),
         );
         Self { status: Status::Singular, message }
     }
@@ -142,7 +142,7 @@ impl Stop {
             "At t = {} the length of a tendon that does not stretch jumps, by {by:.1e} m away from the length of its path: no finite force \
              moves it there at once. Change lengths gradually, give the tendon a `stiffness`, or take \
              `method=\"generalised_alpha\"`, which follows within a step.",
-            Number(t),
+            Time(t),
         );
         Self { status: Status::Open, message }
     }
@@ -152,7 +152,7 @@ impl Stop {
         let message = format!(
             "At t = {} no motion keeps all inextensible tendons at their commanded lengths: these, or these and \
              closed loops, conflict there.",
-            Number(t),
+            Time(t),
         );
         Self { status: Status::Open, message }
     }
@@ -162,7 +162,7 @@ impl Stop {
         let message = format!(
             "Near t = {} tendons that do not stretch become taut and slack again ever faster. Take \
              `method=\"generalised_alpha\"`, which does not resolve it, or give the tendons a `stiffness`.",
-            Number(t),
+            Time(t),
         );
         Self { status: Status::Chattering, message }
     }
@@ -205,7 +205,7 @@ impl Stop {
         };
         let message = format!(
             "At t = {} the model {}: the last state says nothing about the motion. Take shorter steps{cure}.",
-            Number(t),
+            Time(t),
             invalid_shape.with_loops(&model.facts().loops),
         );
         Some(Self { status, message })

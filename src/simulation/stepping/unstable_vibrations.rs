@@ -6,7 +6,7 @@
 //! each step, and the displacement is the acceleration times `(h / limit)^2`, damped or not. Nothing is computed between.
 
 use crate::analysis::spectrum::{Spectrum, Vibration};
-use crate::error::Number;
+use crate::error::{Number, Time};
 use crate::integrators::newmark::Scheme;
 use crate::model::Model;
 use crate::numerics::linalg::dot;
@@ -92,7 +92,7 @@ impl UnstableVibrations {
             Number(self.dt),
             worst.frequency / std::f64::consts::TAU,
             worst.rate.exp(),
-            Number(state.t),
+            Time(state.t),
         );
         Some(Stop { status: Status::Unstable, message })
     }

@@ -90,7 +90,7 @@ def test_more_modes_are_those_of_every_strain_and_nothing_else():
     [
         (0.15, "bend_y = 2", "is only 6.7 times its radius, and shear_z has no modes: shear would add"),
         (0.15, "bend_y = 2, bend_z = 2, shear_z = 1", "and shear_y has no modes"),
-        (0.15, "bend_y = 2, bend_z = 2", "and shear_y and shear_z has no modes"),
+        (0.15, "bend_y = 2, bend_z = 2", "and shear_y and shear_z have no modes"),
         (0.15, "bend_y = 2, shear_z = 2", None),
         (0.15, "torsion = 2", None),
         (0.09, "bend_y = 2", None),

@@ -15,6 +15,7 @@ from lissom import cli
 from lissom.cli.evidence import lab
 from lissom.cli.evidence.lab import part, pendulum, rod, roots
 from lissom.cli.evidence.lab.setup import LABS, Setup
+from lissom.cli.lab import command
 
 NOTEBOOK = Path(__file__).parents[3] / "docs" / "notebooks" / "6-the-lab.ipynb"
 
@@ -201,6 +202,8 @@ def test_a_run_that_stops_has_no_ratio(quick):
         (["--dt", "2"], "--dt: expected 0.0001 s or more, and less than the long step of 1 s"),
         (["--start", "nan"], "--start: expected numbers from -1e+06 to 1e+06, got nan"),
         (["--start", "1", "--start", "1"], "--start: expected one to 7 different numbers, got 1, 1"),
+        (["--start", "1,1"], "--start: expected one to 7 different numbers, got 1, 1"),
+        (["--start", "6;1"], "'6;1' is no number: write `--start 6 --start 1`, or `--start 6,1`"),
         (["--mass", "0"], "--mass: expected a positive number, got 0"),
         (
             ["--mass", "1e-9"],
@@ -223,6 +226,11 @@ def test_bad_parameters_are_refused(arguments, message, tmp_path, capsys, monkey
     assert ended.value.code == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_starts_are_given_with_commas_or_one_by_one():
+    given = command.make_context("lab", ["--start", "0.5,2", "--start", "-3"]).params["start"]
+    assert given == ((0.5, 2.0), (-3.0,))
 
 
 @pytest.fixture(scope="module")

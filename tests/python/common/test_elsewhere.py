@@ -8,7 +8,7 @@ import pytest
 import lissom
 from lissom.analysis import many
 from lissom.attached.missing import INSTEAD
-from lissom.common.elsewhere import NAMES
+from lissom.common.elsewhere import NAMES, READ, WRITTEN
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -35,6 +35,7 @@ def rod():
 MADE = {
     lissom.MotionResult: lambda: lissom.simulate(rod(), 0.02),
     lissom.StaticsResult: lambda: lissom.statics(rod()),
+    lissom.ModesResult: lambda: lissom.modes(rod(), [0.0, 0.0]),
     lissom.Simulation: lambda: lissom.Simulation(rod(), dt=1e-2),
     lissom.EquilibriaResult: lambda: lissom.statics_many(rod(), q0=[[0, 0], [0.1, 0]]),
 }
@@ -75,3 +76,29 @@ def test_what_is_advised_works():
     simulation = MADE[lissom.Simulation]()
     simulation.step(None, 0.02)
     assert simulation.model.pose(simulation.q, t=simulation.t).shape == (4, 4)
+
+
+#: Methods that write or read files, what they say of other kinds, and the suffixes that they take.
+FILES = {
+    "save": (lambda path: MADE[lissom.MotionResult]().save(path), WRITTEN, ()),
+    "animate": (lambda path: MADE[lissom.MotionResult]().animate(path), WRITTEN, (".gif", ".mp4", ".webm")),
+    "picture": (lambda path: MADE[lissom.MotionResult]().picture(path), WRITTEN, (".png", ".pdf", ".svg")),
+    "report": (lambda path: MADE[lissom.MotionResult]().report(path), WRITTEN, (".html", ".htm")),
+    "load": (lissom.load, READ, ()),
+}
+
+
+@pytest.mark.parametrize("method", FILES)
+def test_files_of_other_kinds_are_answered_with_what_writes_them(method, tmp_path):
+    call, hints, taken = FILES[method]
+    for suffix in hints.keys() - set(taken):
+        with pytest.raises(ValueError, match="has to end with") as caught:
+            call(tmp_path / f"run{suffix}")
+        # A method is not answered with itself.
+        is_answered = str(caught.value).endswith(f"; {hints[suffix]}")
+        assert is_answered == (f"`{method}(" not in hints[suffix])
+
+
+def test_tables_are_made_as_advised(tmp_path):
+    MADE[lissom.MotionResult]().to_xarray().to_dataframe().to_csv(tmp_path / "run.csv")
+    assert (tmp_path / "run.csv").stat().st_size > 100

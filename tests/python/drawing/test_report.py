@@ -389,9 +389,7 @@ def test_curves_are_told_in_words(tentacle, page):
     reported = f"z: from {tip[0]:.3g} to {tip[-1]:.3g}, least {least}".replace("-", "−")
     assert reported in position[0]["label"]
     words = unpack(page.figures[0])["words"]
-    assert words.startswith(
-        "View in space with rod, forces, moments, supports, gravity, tip, path of the tip"
-    )
+    assert words.startswith("View in space with rod, forces, moments, clamp, gravity, tip, path of the tip")
     assert "from t = 0 s to t = 0.5 s" in words
 
 

@@ -84,6 +84,16 @@ def test_a_scene_makes_the_pendulum():
         assert getattr(scene.model, name) == getattr(default, name)
 
 
+@pytest.mark.parametrize("key", ["units", "unit_system", "length_unit"])
+def test_units_are_answered_with_those_of_scenes(key):
+    for text in (f'{key} = "mm"\n{WIRE}', WIRE.replace("length = 2.0", f'length = 2.0\n{key} = "mm"')):
+        with pytest.raises(
+            lissom.SceneError, match="unknown key; leave it out: all numbers are in SI units"
+        ) as caught:
+            lissom.Scene.loads(text)
+        assert len(caught.value.problems) == 1
+
+
 def test_all_problems_come_at_once_each_with_its_place():
     with pytest.raises(lissom.SceneError) as caught:
         lissom.Scene.loads(WIRE.replace("length = 2.0", "lenght = 2.0").replace("1000", "-1000"), "bad.toml")

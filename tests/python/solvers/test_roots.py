@@ -570,7 +570,7 @@ def test_a_failure_returns_the_best_iterate_and_says_what_to_do():
     assert (result.status, result.success, result.nit) == ("iteration_limit", False, 1000)
     assert abs(result.x) < 0.1
     assert result.fun == result.x**2 + 1
-    assert "globalised" in result.message
+    assert '`method="trust_region"` or "line_search"' in result.message
     assert lissom.root(lambda x: x * x - 2, 1.0, max_iter=0).status == "iteration_limit"
 
 
@@ -730,3 +730,38 @@ def test_roots_are_not_doubted(problem):
     for method in METHODS:
         result = lissom.root(problem.fun, problem.start(1), jac=problem.jac, method=method)
         assert result.doubt is None, (method, result.message)
+
+
+#: Newton's iterates of these repeat: functions, derivatives, starts and periods.
+CYCLES = {
+    "0, 1, 0, ...": (lambda x: x**3 - 2 * x + 2, lambda x: 3 * x**2 - 2, 0.0, 2),
+    "beside it": (lambda x: x**3 - 2 * x + 2, lambda x: 3 * x**2 - 2, 0.05, 2),
+    "a vector": (
+        lambda x: np.array([x[0] ** 3 - 2 * x[0] + 2, x[1] - 3]),
+        lambda x: np.diag([3 * x[0] ** 2 - 2, 1.0]),
+        [0.0, 0.0],
+        2,
+    ),
+}
+
+
+@pytest.mark.parametrize("case", CYCLES)
+def test_cycles_are_named(case):
+    fun, jac, start, period = CYCLES[case]
+    found = lissom.root(fun, start, jac=jac)
+    assert found.status == "iteration_limit"
+    assert (
+        f"the iterates go round in a cycle of {period} steps, and more of them do not help" in found.message
+    )
+    assert 'method="trust_region"' in found.message
+
+
+def test_iterations_that_do_not_repeat_are_no_cycle():
+    """Chaotic ones, slow ones, and searches that are stopped on their way."""
+    for search in (
+        lissom.root(lambda x: x * x + 1, 3.0, jac=lambda x: 2 * x),
+        lissom.root(lambda x: x**8, 1.0, jac=lambda x: 8 * x**7, tol=0.0, max_iter=50),
+        lissom.root(lambda x: x * x - 2, 1.0, max_iter=2, tol=0.0),
+    ):
+        assert search.status == "iteration_limit"
+        assert "cycle" not in search.message

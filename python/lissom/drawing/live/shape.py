@@ -100,12 +100,13 @@ class Shape:
         shown = DrawnStates(
             q[None], v[None], u[None], at, one, self.view.size, self._radius, self._half_axis, self._largest
         )
+        bodies = drawing.bodies(self.view, q[None], at)
         return [
             *self._shaded([self._moved(i, q, at) for i in range(len(self._tubes))], q, v, at, u),
-            *drawing.bodies(self.view, q[None], at),
+            *bodies,
             *self._visuals(q, at),
             *symbols.symbols(self.view.glyphs, shown),
-            *contacts.contacts(self.view.glyphs.contacts, shown, *self._box),
+            *contacts.contacts(self.view.glyphs.contacts, shown, *self._box, bodies),
         ]
 
     def _visuals(self, q: Array, t: Array) -> list[Mesh]:

@@ -12,6 +12,8 @@ import numpy as np
 from ..._lissom import ContinuationResult, EnsembleResult, Model, ModesResult, MotionResult, StaticsResult
 from ...analysis.advice import about_model
 from ...common import disk
+from ...common.arguments import path_of
+from ...common.elsewhere import WRITTEN, of_suffix
 from ...model.visuals import Visual
 from ...results.runs import COUNTERS, Array, Made, Run
 from . import actuators, contacts, curves, loops, motion, page, peaks, text
@@ -28,6 +30,14 @@ if TYPE_CHECKING:
 def write(run: Run, path: Path) -> None:
     """Write the report of ``run`` to ``path``."""
     disk.write(path, page.render(build(run)))
+
+
+def _write(built: page.Page, path: str | os.PathLike[str]) -> None:
+    """Write a page, unless the suffix is that of another kind of file."""
+    path = path_of(path)
+    if instead := of_suffix(path.suffix, WRITTEN, "report"):
+        raise ValueError(f"path: {path.name!r} has to end with .html{instead}")
+    disk.write(path, page.render(built))
 
 
 def write_result(
@@ -70,7 +80,7 @@ def write_result(
     ...     lissom.drawing.report.write_result(result, pathlib.Path(folder) / "finger.html", title="A finger")
     """
     built = build_result(result, title, visuals)
-    disk.write(path, page.render(built))
+    _write(built, path)
 
 
 def write_ensemble(
@@ -79,7 +89,7 @@ def write_ensemble(
     """Write the report of many runs."""
     from . import ensembles
 
-    disk.write(path, page.render(ensembles.build(result, title, model)))
+    _write(ensembles.build(result, title, model), path)
 
 
 def write_parameters(
@@ -90,7 +100,7 @@ def write_parameters(
     """Write the report of derivatives or of a parameter identification."""
     from . import parameters
 
-    disk.write(path, page.render(parameters.build(result, title)))
+    _write(parameters.build(result, title), path)
 
 
 def write_equilibrium(
@@ -110,7 +120,7 @@ def write_equilibrium(
         if not np.isfinite(result.q).all():
             raise ValueError(f"result: its coordinates are not finite; {result.message}")
         built = studies.equilibrium(setting, result, title)
-    disk.write(path, page.render(built))
+    _write(built, path)
 
 
 def write_modes(
@@ -120,7 +130,7 @@ def write_modes(
     from . import studies
 
     built = studies.vibrations(setting, q, result, title)
-    disk.write(path, page.render(built))
+    _write(built, path)
 
 
 def build_result(result: MotionResult, title: str, visuals: Sequence[Visual] = ()) -> page.Page:
@@ -137,13 +147,17 @@ def build_result(result: MotionResult, title: str, visuals: Sequence[Visual] = (
     return page.Page(
         title=title,
         lead=f"{made.view.title}, {result.model.n} generalised coordinates, {time} s.",
-        outcome=(
-            "Finished." if result.success else f"Ended at {result.t[-1]:.3g} s: {result.message}",
-            result.success,
-        ),
+        outcome=_outcome(result),
         advice=about_model(result.model),
         sections=[*_shown(made), page.Section("Solver", [page.Table(("", ""), rows)])],
     )
+
+
+def _outcome(result: MotionResult) -> tuple[str, bool]:
+    """The outcome of a motion, and whether it is good: without a doubt."""
+    if not result.success:
+        return f"Ended at {result.t[-1]:.3g} s: {result.message}", False
+    return ("Finished.", True) if result.doubt is None else (f"Finished. {result.doubt}", False)
 
 
 def build(run: Run) -> page.Page:

@@ -26,7 +26,7 @@ THICK, THIN = 0.009, 0.0025
 OPACITY = 0.6
 
 #: Radius and half the length of a motor, relative to half the axis of a joint.
-MOTOR_RADIUS, MOTOR_HALF = 0.45, 0.4
+MOTOR_RADIUS, MOTOR_HALF = 0.3, 0.35
 
 
 def actuators(

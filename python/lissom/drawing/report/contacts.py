@@ -36,6 +36,9 @@ ARROW = 0.22
 #: instead, impacts would make all other arrows invisibly short.
 LARGE = 0.9
 
+#: Balls are the same if sizes and places differ by less than this part of the radius.
+SAME = 0.01
+
 #: Maximum number of arrows per shape; beyond, neighbours along a rod are merged.
 MOST_ARROWS = 12
 
@@ -44,8 +47,10 @@ MOST_ARROWS = 12
 INSTANTS = 2000
 
 
-def contacts(touching: Touching, shown: DrawnStates, low: Array, high: Array) -> list[Thing]:
-    """All objects drawn for contacts within a box around the motion."""
+def contacts(
+    touching: Touching, shown: DrawnStates, low: Array, high: Array, drawn: Sequence[Thing] = ()
+) -> list[Thing]:
+    """All objects drawn for contacts within a box around the motion, beside what is drawn already."""
     things: list[Thing] = []
     for name, shape, poses in shapes(touching, shown.q, shown.t):
         if poses is None:
@@ -55,7 +60,7 @@ def contacts(touching: Touching, shown: DrawnStates, low: Array, high: Array) ->
             ]
         else:
             things += _moving(name, shape, poses, shown.size)
-    return [*things, *balls(touching, shown.q, shown.t), *_forces(touching, shown)]
+    return [*things, *balls(touching, shown.q, shown.t, drawn), *_forces(touching, shown)]
 
 
 def shapes(touching: Touching, q: Array, t: Array) -> list[tuple[str, Obstacle, Array | None]]:
@@ -75,18 +80,27 @@ def shapes(touching: Touching, q: Array, t: Array) -> list[tuple[str, Obstacle, 
     return found
 
 
-def balls(touching: Touching, q: Array, t: Array) -> list[Dots]:
-    """Balls on links."""
-    return [
-        Dots(
-            [f"ball of {glyph.name}"],
-            "balls",
-            np.broadcast_to(pose(q, t), (len(q), 4, 4))[:, None, :3, 3],
-            radius,
-        )
-        for glyph in touching.pairs
-        for pose, radius in glyph.balls
-    ]
+def balls(touching: Touching, q: Array, t: Array, drawn: Sequence[Thing] = ()) -> list[Dots]:
+    """Balls on links, each once: neither again for another contact nor over a body of the same size."""
+    found: list[Dots] = []
+    for glyph in touching.pairs:
+        for pose, radius in glyph.balls:
+            places = np.broadcast_to(pose(q, t), (len(q), 4, 4))[:, None, :3, 3]
+            if not any(_is_there(thing, places, radius) for thing in (*drawn, *found)):
+                found.append(Dots([f"ball of {glyph.name}"], "balls", places, radius))
+    return found
+
+
+def _is_there(thing: Thing, places: Array, radius: float) -> bool:
+    """Whether something is drawn as a ball of this size at these places."""
+    if isinstance(thing, Dots) and thing.layer == "balls":
+        size, centres = np.array([thing.radius]), thing.points
+    elif isinstance(thing, Solid) and thing.form == "ellipsoid":
+        size, centres = np.asarray(thing.size), thing.centres[:, None]
+    else:
+        return False
+    apart = np.nanmax(np.abs(centres - places), initial=0.0)
+    return bool(np.all(np.abs(size - radius) <= SAME * radius) and apart <= SAME * radius)
 
 
 def _obstacle(

@@ -46,10 +46,17 @@ def build(result: EnsembleResult, title: str, model: Model | None) -> page.Page:
     return page.Page(
         title=title,
         lead=f"{count:,} runs, {result.q.shape[-1]} generalised coordinates.",
-        outcome=(f"{good:,} of {count:,} runs came to their end", good == count),
+        outcome=(
+            f"{good:,} of {count:,} runs came to their end{_with(len(doubts))}",
+            good == count and not doubts,
+        ),
         advice=[f"{len(doubts):,} of {count:,} runs: {doubts[0]}"] if doubts else (),
         sections=sections,
     )
+
+
+def _with(doubts: int) -> str:
+    return f", {doubts:,} with doubts" if doubts else ""
 
 
 def _in_rows(shown: list[plots.Plot]) -> list[list[plots.Plot]]:

@@ -121,7 +121,7 @@ def _in_space(run: Animated) -> Scene:
         q, v, run.u[at], t, run.load_factor[at], size, widest(seen), half_axis(seen, size)
     )
     things = [*drawn, *symbols.symbols(seen.glyphs, shown)]
-    things += contacts.contacts(seen.glyphs.contacts, shown, low, high)
+    things += contacts.contacts(seen.glyphs.contacts, shown, low, high, drawn)
     low, high = layers.extent(things)
     low, high = box(low, high, 0.04 * float((high - low).max()))
     eye = eye_of(high - low)
@@ -142,6 +142,9 @@ def _in_space(run: Animated) -> Scene:
         "paths": seen.frames,
     }
     names = {name: singular[name] for name, number in numbers.items() if len(number) == 1}
+    names |= {"floor": "grid", "tendons": "tendons, thicker with more tension"}
+    if not seen.glyphs.supports:
+        names["supports"] = "clamp" if len(seen.glyphs.clamps) == 1 else "clamps"
     if run.outline is not None:
         names["initial shape"] = run.outline[0]
     return _scene(run, at, things, low, high, eye, ground, names)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -261,7 +262,7 @@ def _cells(cells: Cells) -> str:
     for name, row in zip(cells.rows, cells.cells, strict=True):
         shown = "".join(_cell(cell, cells.colours) for cell in row)
         rows.append(f'<tr><th scope="row">{_words(name)}</th>{shown}</tr>')
-    corner = f'<th scope="col">{_words(cells.corner)}</th>'
+    corner = f'<th scope="col">{_breakable(_words(cells.corner))}</th>'
     head = f"<thead><tr>{corner}{names}</tr></thead>"
     table = f'<table class="cells">{head}<tbody>{"".join(rows)}</tbody></table>'
     shown = f'<div class="scroll" tabindex="0">{table}</div>'
@@ -282,7 +283,7 @@ def _table(table: Table) -> str:
 
     def cells(tag: str, row: Sequence[str]) -> str:
         return "".join(
-            f"<{tag}{' class=number' if number else ''}>{_words(cell)}</{tag}>"
+            f"<{tag}{' class=number' if number else ''}>{_breakable(_words(cell))}</{tag}>"
             for cell, number in zip(row, numeric, strict=True)
         )
 
@@ -290,6 +291,11 @@ def _table(table: Table) -> str:
     rows = "".join(f"<tr>{cells('td', row)}</tr>" for row in table.rows)
     shown = f'<div class="scroll" tabindex="0"><table>{head}<tbody>{rows}</tbody></table></div>'
     return shown + _caption(table.caption)
+
+
+def _breakable(text: str) -> str:
+    """Paths of parameters may break where their names do, on narrow screens."""
+    return re.sub(r"([A-Za-z\]][._])(?=[A-Za-z\[])", r"\1<wbr>", text)
 
 
 def _caption(text: str) -> str:

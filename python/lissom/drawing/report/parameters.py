@@ -10,6 +10,7 @@ from ..._lissom import Robot
 from ...analysis.equilibria import EquilibriumSensitivityResult
 from ...analysis.fitted import FitResult, FittedData
 from ...analysis.sensitivities import SensitivityResult
+from ...model.units import unit_of, with_unit
 from ...results.datasets import coordinates
 from ...results.runs import Array
 from . import page, plots, theme
@@ -57,7 +58,9 @@ def _table(names: Sequence[str], columns: Mapping[str, Iterable[float]], caption
     # Beside a derivative across a plane, those in it are rounding.
     largest = np.nanmax(np.abs(values), axis=1, initial=0.0, keepdims=True)
     values = np.where(np.abs(values) < plots.ROUNDING * largest, 0.0, values)
-    rows = [(name, *(f"{value:.6g}" for value in row)) for name, row in zip(names, values, strict=True)]
+    rows = [
+        (with_unit(name), *(f"{value:.6g}" for value in row)) for name, row in zip(names, values, strict=True)
+    ]
     return page.Table(("parameter", *columns), rows, frozenset(columns), caption)
 
 
@@ -96,7 +99,9 @@ def _curves(result: SensitivityResult) -> page.Section:
         ]
         shown.append(
             # The name is above the plot, because it may be longer than the axis.
-            plots.Plot(plots.Axis("time (s)"), plots.Axis(f"{what} per unit"), curves, title=parameter)
+            plots.Plot(
+                plots.Axis("time (s)"), plots.Axis(f"{what} per unit"), curves, title=with_unit(parameter)
+            )
         )
     more = f" The first {SHOWN} of {len(result.names)} parameters." if len(result.names) > SHOWN else ""
     caption = f"How the {what.partition(' ')[0]} moves with each parameter, all others being held.{more}"
@@ -138,6 +143,7 @@ def _equilibrium(result: EquilibriumSensitivityResult, title: str) -> page.Page:
 
 def _fit(result: FitResult, title: str) -> page.Page:
     size = sum(each.measured.size for each in result.data)
+    advice = _advice(result)
     parts: list[page.Part] = [_values(result)]
     if 1 < len(result.names) <= LARGEST_TABLE:
         parts.append(_correlations(result))
@@ -145,19 +151,26 @@ def _fit(result: FitResult, title: str) -> page.Page:
     rows = [
         ("message", result.message),
         ("runs", f"{result.runs}"),
-        ("measured numbers", f"{size:,}{several}, for {len(result.names)} parameters"),
+        ("measured numbers", f"{size:,}{several}, for {_number(len(result.names))}"),
     ]
     return page.Page(
         title=title,
         lead=f"{_number(len(result.names))} from {size:,} measured numbers{several}.",
-        outcome=("Converged." if result.success else f"Not converged: {result.message}", result.success),
-        advice=_advice(result),
+        outcome=_outcome(result, advice),
+        advice=advice,
         sections=[
             page.Section("Parameters", parts),
             *(_recording(each, name) for each, name in zip(result.data, _titles(result), strict=True)),
             page.Section("Result", [page.Table(("", ""), [*rows, *_left(result)])]),
         ],
     )
+
+
+def _outcome(result: FitResult, advice: Sequence[str]) -> tuple[str, bool]:
+    """The outcome of a fit, and whether it is good: without a doubt."""
+    if not result.success:
+        return f"Not converged: {result.message}", False
+    return ("Converged, with doubts: see below.", False) if advice else ("Converged.", True)
 
 
 def _titles(result: FitResult) -> list[str]:
@@ -167,7 +180,7 @@ def _titles(result: FitResult) -> list[str]:
 
 
 def _advice(result: FitResult) -> list[str]:
-    """Advice from the residuals and the Jacobian."""
+    """Advice from the residuals, the Jacobian and the message, whose first sentence is the outcome."""
     advice = []
     for i, each in enumerate(result.data):
         # Of white noise it has this standard deviation.
@@ -190,7 +203,8 @@ def _advice(result: FitResult) -> list[str]:
         )
     if result.at_bounds:
         advice.append(f"At a bound: {', '.join(result.at_bounds)}. The intervals end there.")
-    return advice
+    _, _, more = result.message.partition(". ")
+    return advice or ([more] if result.success and more else [])
 
 
 def _left(result: FitResult) -> list[tuple[str, str]]:
@@ -207,7 +221,9 @@ def _left(result: FitResult) -> list[tuple[str, str]]:
 
 def _values(result: FitResult) -> page.Table:
     low, high = result.intervals.T
-    caption = f"SI units. The interval has a confidence of {100 * result.confidence:g} percent."
+    caption = f"The interval from low to high has a confidence of {100 * result.confidence:g} percent."
+    if not all(map(unit_of, result.names)):
+        caption += " Values without a unit here are in SI units, or in those of your own function."
     table = _table(result.names, {"value": result.values, "low": low, "high": high}, caption)
     said = dict.fromkeys(result.names, "")
     said |= dict.fromkeys(result.at_bounds, "at a bound") | dict.fromkeys(

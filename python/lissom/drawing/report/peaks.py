@@ -65,9 +65,11 @@ def _found(model: Model, states: States) -> list[Peak]:
 def _section(peaks: list[Peak], times: tuple[str, ...], some: str = "") -> list[page.Section]:
     found = largest_of(peaks)
     limits = ("limit",) if any(peak.limit is not None for peak in found) else ()
+    named = [peak.quantity for peak in found]
     rows = [
         (
-            peak.quantity,
+            # Rods and tendons have a tension.
+            peak.quantity if named.count(peak.quantity) == 1 else f"{peak.quantity} {_where(peak)}",
             _sized(peak.value, peak),
             *("" if peak.limit is None else _sized(peak.limit, peak) for _ in limits),
             peak.part,
@@ -84,6 +86,10 @@ def _section(peaks: list[Peak], times: tuple[str, ...], some: str = "") -> list[
     table = page.Table(columns, rows, frozenset(columns) - {"largest", "of"}, caption)
     lessons = [page.Lesson(sentence) for sentence in beyond_limits(peaks)]
     return [page.Section("Largest values", [*lessons, table])] if rows else []
+
+
+def _where(peak: Peak) -> str:
+    return "of an actuator" if peak.X is None else "in a section"
 
 
 def _sized(value: float, peak: Peak) -> str:

@@ -14,7 +14,7 @@ from ...common import disk
 from ...model.views import Member
 from ...results.runs import Array
 from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_for, way
-from ..oscillation import frequency, is_rounding, mode_motion
+from ..oscillation import frequency, is_overdamped, is_rounding, mode_motion
 from . import motion, page, peaks, plots, theme
 from .text import quantity
 
@@ -26,6 +26,9 @@ FRAMES = 49
 
 #: Values below this fraction of their terms are rounding errors of zero.
 ROUNDING = 1e-12
+
+#: Errors by the number of modes, relative to the length, about which `statics` warns.
+DOUBTFUL = 1e-2
 
 #: Number of modes in the table of the command line.
 LISTED = 10
@@ -69,7 +72,7 @@ def equilibrium(
             setting,
             np.array([0.0, 1.0]),
             np.stack([start, found.q]),
-            ("", ""),
+            ("way from start to equilibrium: ", ""),
             opens_at=1,
             outline=("initial shape", start),
         )
@@ -162,7 +165,10 @@ def outcome(found: StaticsResult) -> tuple[str, bool]:
         )
     if not found.success:
         return f"Failed: {found.status}", False
-    return f"In equilibrium, {found.stability or 'stability unknown'}", bool(found.is_stable)
+    verdict, error = f"In equilibrium, {found.stability or 'stability unknown'}", found.space_error
+    if error is not None and error.relative > DOUBTFUL:
+        return f"{verdict}, but the modes leave an error of {error.relative:.0%} of the length", False
+    return verdict, bool(found.is_stable)
 
 
 def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> list[tuple[str, str]]:
@@ -281,8 +287,14 @@ COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
 
 def table(found: ModesResult) -> list[tuple[str, str, str, str]]:
     """Table of the modes."""
+
+    def oscillates(k: int, hertz: float) -> str:
+        if is_overdamped(found, k):
+            return "overdamped"
+        return "0" if is_rounding(found, k) else f"{hertz:.6g}"
+
     return [
-        (str(k + 1), "0" if is_rounding(found, k) else f"{hertz:.6g}", f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
+        (str(k + 1), oscillates(k, hertz), f"{ratio:.4g}", f"{-s.real + 0.0:.4g}")
         for k, (hertz, ratio, s) in enumerate(
             zip(found.frequency, found.damping_ratio, found.eigenvalues, strict=True)
         )

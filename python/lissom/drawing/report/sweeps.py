@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...common import disk
+from ...model.units import unit_of, with_unit
+from ...results.datasets import coordinates
 from ...results.runs import Array
 from ...results.sweeps import SweepStudy
 from . import page, plots, theme
@@ -61,9 +63,12 @@ def responses(study: SweepStudy) -> Iterator[tuple[str, Array]]:
                     if np.isfinite(values).any():
                         yield f"{axis} of {place} {name} (m)", values
         return
-    for i, name in enumerate(found.coordinate.values if "q" in found else ()):
+    names = found.coordinate.values if "q" in found else ()
+    units = [each.unit for each in coordinates(study.scene.model, len(names))] if len(names) else ()
+    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+        of_unit = f" ({unit})" if unit else ""
         for kind, when in (("q", "at the end"), ("lowest", "lowest"), ("highest", "highest")):
-            yield f"{name} {when}", found[kind].values[..., i]
+            yield f"{name} {when}{of_unit}", found[kind].values[..., i]
 
 
 def _axes(study: SweepStudy) -> list[Array]:
@@ -76,7 +81,7 @@ def _shown(study: SweepStudy, response: str, values: Array) -> Iterator[page.Par
     middle = tuple(len(axis) // 2 for axis in axes)
     if len(axes) > 1:
         rest = "".join(
-            f", {name} = {_text(axis[i])}"
+            f", {_at(name, axis[i])}"
             for name, axis, i in list(zip(study.parameters, axes, middle, strict=True))[2:]
         )
         if max(len(axes[0]), len(axes[1])) <= LARGEST_MAP:
@@ -112,12 +117,12 @@ def _curves(study: SweepStudy, response: str, values: Array, k: int, middle: tup
         at[other] = i
         at[k] = slice(None)
         y = values[tuple(at)]
-        name = "" if other == k else f"{names[other]} = {_text(axes[other][i])}"
+        name = "" if other == k else _at(names[other], axes[other][i])
         known = np.isfinite(y)
         curves.append(plots.Curve(name, x[known], y[known], colour, mark="disc"))
     ratios = x[1:] / x[:-1] if (x > 0).all() else np.array([1.0, 2.0])
     is_log = len(x) > 2 and bool(np.ptp(ratios) < 1e-6 * ratios.mean())
-    return plots.Plot(plots.Axis(names[k], log=is_log), plots.Axis(response), curves)
+    return plots.Plot(plots.Axis(with_unit(names[k]), log=is_log), plots.Axis(response), curves)
 
 
 def _map(study: SweepStudy, response: str, values: Array, rest: str) -> page.Cells:
@@ -139,11 +144,11 @@ def _map(study: SweepStudy, response: str, values: Array, rest: str) -> page.Cel
         if not np.isfinite(value):
             return None
         shade = min(int((value - low) / (high - low) * SHADES), SHADES - 1) if len(legend) > 1 else 0
-        where = f"{study.parameters[0]} = {_text(rows[i])}, {study.parameters[1]} = {_text(columns[j])}"
+        where = ", ".join(map(_at, study.parameters[:2], (rows[i], columns[j])))
         return page.Cell(kinds[shade], f"{value:.3g}", f"{value:.6g} at {where}")
 
     cells = [[cell(i, j) for j in range(len(columns))] for i in range(len(rows))]
-    corner = f"{study.parameters[0]} \\ {study.parameters[1]}"
+    corner = " \\ ".join(map(with_unit, study.parameters[:2]))
     caption = f"{response}{rest}. Cells without a number are runs that have none."
     return page.Cells(corner, [*map(_text, rows)], [*map(_text, columns)], cells, legend, caption)
 
@@ -161,7 +166,14 @@ def _failed(study: SweepStudy) -> page.Table:
         values = [_text(axis[i]) for axis, i in zip(_axes(study), at, strict=True)]
         rows.append((*values, str(found.status.values[at]), str(found.message.values[at])))
     more = f" The first {LISTED} of {len(bad)}." if len(bad) > LISTED else ""
-    return page.Table((*study.parameters, "status", "message"), rows, caption=f"Runs without an end.{more}")
+    return page.Table(
+        (*map(with_unit, study.parameters), "status", "message"), rows, caption=f"Runs without an end.{more}"
+    )
+
+
+def _at(parameter: str, value: Any) -> str:
+    """A parameter at a value, with its unit."""
+    return f"{parameter} = {_text(value)} {unit_of(parameter)}".rstrip()
 
 
 def _text(value: Any) -> str:

@@ -5,6 +5,9 @@ use super::data::{Kind, Schema};
 /// Smallest similarity (Jaro and Winkler 1990, 0 to 1) at which a known word is suggested.
 const SIMILARITY: f64 = 0.8;
 
+/// Symbols of formulas have no more letters.
+const LONGEST_SYMBOL: usize = 2;
+
 /// Symbols and words of other programs, and the names that they may stand for; the first that is known counts.
 const SYMBOLS: &[(&str, &[&str])] = &[
     ("E", &["young_modulus"]),
@@ -81,7 +84,14 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("ode45", &["rk45"]),
     ("ode15s", &["radau"]),
     ("bdf", &["radau"]),
-    ("lsoda", &["auto"]),
+    ("lsoda", &["auto", "radau"]),
+    ("trapezoidal", &["average_acceleration"]),
+    ("verlet", &["central_difference"]),
+    ("leapfrog", &["central_difference"]),
+    ("hybr", &["trust_region"]),
+    ("lm", &["trust_region"]),
+    ("dogleg", &["trust_region"]),
+    ("powell", &["trust_region"]),
     ("n_modes", &["modes"]),
     ("num_modes", &["modes"]),
     ("n_elem", &["modes"]),
@@ -120,9 +130,10 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("controller", &["control"]),
     ("joint", &["kind"]),
     ("maxiter", &["max_iter"]),
-    ("x", &["X"]),
-    ("s", &["X"]),
-    ("arc_length", &["X"]),
+    ("x", &["X", "at"]),
+    ("X", &["at"]),
+    ("s", &["X", "at"]),
+    ("arc_length", &["X", "at"]),
     ("color", &["colour"]),
 ];
 
@@ -186,7 +197,7 @@ const BY_STIFFNESS: &str = "a segment takes moduli and a radius, or what is per 
 /// most similar to it, if any is similar enough; the first one of equals.
 pub fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let known: Vec<_> = known.collect();
-    if let Some((_, names)) = SYMBOLS.iter().find(|(symbol, _)| *symbol == word)
+    if let Some(names) = stood_for(word)
         && let Some(found) = names.iter().find_map(|name| known.iter().find(|other| *other == name))
     {
         return Some(found);
@@ -224,6 +235,12 @@ pub fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>, mark: 
 /// The end of a message about an unknown word: the name that it may stand for, or nothing.
 pub fn or_meant<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> String {
     did_you_mean(word, known, "'").map_or_else(String::new, |meant| format!("; {meant}"))
+}
+
+/// Symbols have a case, words of other programs do not: `BDF` is `bdf`.
+fn stood_for(word: &str) -> Option<&'static [&'static str]> {
+    let of = |word: &str| SYMBOLS.iter().find(|(symbol, _)| *symbol == word).map(|(_, names)| *names);
+    of(word).or_else(|| (word.len() > LONGEST_SYMBOL).then(|| of(&word.to_lowercase())).flatten())
 }
 
 /// What to write in place of an unknown keyword, in words of Python; `None` if nothing is like it.
@@ -347,6 +364,11 @@ mod tests {
         assert_eq!(["rho", "F", "e"].map(meant), [None; 3]);
         assert_eq!(meant("youngs_modulus"), Some("young_modulus"));
         assert_eq!(meant("modulus"), Some("young_modulus"));
+        // Words are written in any case, symbols are not.
+        let method = |word| suggestion(word, ["rk45", "dop853", "radau", "section"].into_iter());
+        assert_eq!(["BDF", "LSODA"].map(method), [Some("radau"); 2]);
+        assert_eq!(["Ode45", "RK4"].map(method), [Some("rk45"); 2]);
+        assert_eq!(method("ei"), None);
     }
 
     #[test]

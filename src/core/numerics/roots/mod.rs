@@ -39,6 +39,7 @@
 pub mod bracket;
 mod check;
 mod convergence;
+mod cycle;
 mod difference;
 pub mod least_squares;
 mod line_search;

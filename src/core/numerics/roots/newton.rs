@@ -1,5 +1,6 @@
 //! Newton's method: iteration, stopping rules and memory.
 
+use super::cycle::Cycle;
 use super::difference::Differences;
 use super::multiplicity::Multiplicity;
 use super::options::{Method, Options, Reuse};
@@ -135,6 +136,7 @@ pub struct Newton {
     age: JacobianState,
     differences: Differences,
     multiplicity: Multiplicity,
+    cycle: Cycle,
     counters: Counters,
     history: Vec<Iterate>,
 }
@@ -169,6 +171,7 @@ impl Newton {
             age: JacobianState::None,
             differences: Differences::new(unknowns, equations),
             multiplicity: Multiplicity::new(unknowns),
+            cycle: Cycle::new(unknowns),
             counters: Counters::default(),
             history: Vec::new(),
         }
@@ -235,6 +238,7 @@ impl Newton {
                 && progress.rate > CONFIRMED_REDUCTION
                 && progress.length >= 1.0
                 && progress.contraction > UNCONTRACTED,
+            cycle: self.cycle.period(),
             multiplicity: self.multiplicity.settled(progress.length > 1.0).filter(|_| status.is_success()),
         };
         if status == Status::Interrupted { Err(Unfinished::new(outcome)) } else { Ok(outcome) }
@@ -283,6 +287,7 @@ impl Newton {
         self.counters = Counters { residuals: 1, ..Counters::default() };
         self.history.clear();
         self.multiplicity.reset();
+        self.cycle.reset(x);
         self.region.reset(x_norm);
         self.best_norm = f64::INFINITY;
         let keep = options.reuse == Reuse::AcrossSolves && self.linear.is_regular();
@@ -407,6 +412,7 @@ impl Newton {
         progress.longest_steps = if longest { progress.longest_steps + 1 } else { 0 };
         self.multiplicity.took(&self.step);
         self.counters.iterations += 1;
+        self.cycle.observe(x, &self.x_scale, progress.step_norm);
         if norm < self.best_norm {
             self.record_best(x, norm);
         }

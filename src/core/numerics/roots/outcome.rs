@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::error::Rounded;
+
 /// Status of a search. Only the first three are successes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -81,12 +83,13 @@ impl Status {
                  else, check the Jacobian, or look for an unknown that no equation depends on."
             }
             Self::IterationLimit => {
-                "The limit of iterations was reached. If the residual was still decreasing, allow more; if not, \
-                 start closer to the root or use a globalised method."
+                "The limit of iterations was reached. If the residual was still decreasing, allow more (`max_iter`); if \
+                 not, start closer to the root, or take a method that shortens steps: `method=\"trust_region\"` or \
+                 \"line_search\"."
             }
             Self::Diverged => {
-                "The iterates diverged and the residual did not decrease. Start closer to the root or use a \
-                 globalised method."
+                "The iterates diverged and the residual did not decrease. Start closer to the root, or take a method that \
+                 shortens steps: `method=\"trust_region\"` or \"line_search\"."
             }
             Self::Stalled => {
                 "The steps are below the rounding of x, yet the residual is not small. Check the Jacobian \
@@ -95,7 +98,7 @@ impl Status {
             }
             Self::LineSearchFailed => {
                 "The line search failed: the residual does not decrease along the Newton step, however short. \
-                 Check the Jacobian against differences, start somewhere else, or use the trust region."
+                 Check the Jacobian against differences, start somewhere else, or take `method=\"trust_region\"`."
             }
             Self::TrustRegionCollapsed => {
                 "The trust region shrank to nothing without a better point. Check the Jacobian against \
@@ -108,8 +111,8 @@ impl Status {
             }
             Self::NonFiniteResidual => {
                 "The residual is NaN or infinite. If that is so at the start, start inside the domain of R; \
-                 otherwise a step left the domain: start closer to the root or use a globalised method, \
-                 which shortens such steps."
+                 otherwise a step left the domain: start closer to the root, or take a method that shortens such \
+                 steps: `method=\"trust_region\"` or \"line_search\"."
             }
             Self::NonFiniteJacobian => {
                 "The Jacobian has a NaN or infinite entry. Start away from the edge of the domain of R, or \
@@ -150,6 +153,8 @@ pub struct Outcome {
     /// Whether the last Newton steps became no shorter although the residual fell below its tolerance: x may run off to where R tends to
     /// zero without a root, as `exp(-x)` does.
     pub runs_off: bool,
+    /// After how many steps the iterates repeat, if they do: a cycle, in which Newton's method stays for ever.
+    pub cycle: Option<usize>,
 }
 
 impl Outcome {
@@ -168,7 +173,15 @@ impl Outcome {
     pub fn message(&self) -> String {
         let Self { status, iterations, residual_norm, .. } = self;
         let steps = if *iterations == 1 { "step" } else { "steps" };
-        let mut message = format!("{status} Residual norm {residual_norm:.3e} after {iterations} {steps}.");
+        let said = match self.cycle.filter(|_| *status == Status::IterationLimit) {
+            Some(period) => format!(
+                "The limit of iterations was reached: the iterates go round in a cycle of {period} steps, and more of them do not \
+                 help. Start somewhere else, or take a method that shortens steps: `method=\"trust_region\"` or \"line_search\"."
+            ),
+            None => status.to_string(),
+        };
+        let mut message =
+            format!("{said} Residual norm {} after {iterations} {steps}.", Rounded(*residual_norm));
         if let Some(multiplicity) = self.multiplicity {
             message += &format!(
                 " Convergence was linear, as at a root of multiplicity {multiplicity}: the error of x is \

@@ -1,7 +1,7 @@
 //! Descriptions of statuses of an integration, with advice.
 
 use super::{Lengths, StepperOf};
-use crate::error::Number;
+use crate::error::Time;
 use crate::integrators::newmark::numbers::Numbers;
 use crate::integrators::second_order::{Failure, Status};
 
@@ -46,7 +46,9 @@ impl<V: Numbers> StepperOf<V> {
 
     /// Describes a status of this integration, with advice unless it is a success.
     pub(super) fn explain(&self, status: Status) -> String {
-        let [t, t_end, h] = [self.t, self.t_end, self.options.dt].map(Number);
+        // A run that is shorter than a step is a step.
+        let h = self.options.dt.min(self.t_end - self.t);
+        let [t, t_end, h] = [self.t, self.t_end, h].map(Time);
         let limit = self.scheme.stability_limit();
         match status {
             Status::Finished => "The end of the interval was reached.".to_owned(),

@@ -12,7 +12,7 @@ use super::start::Start;
 use super::status::{Status, Stop};
 use super::unstable_vibrations::UnstableVibrations;
 use crate::description::signal::{Jumps, covers};
-use crate::error::{Interrupted, InvalidInput, Number};
+use crate::error::{Interrupted, InvalidInput, Number, Time};
 use crate::integrators::attempts::Remedy;
 use crate::integrators::newmark::Lengths;
 use crate::integrators::ode;
@@ -169,7 +169,7 @@ impl<M: Model> Run<M> {
         }
         if !covers(self.known, end) {
             let [from, to] = self.known;
-            let found = format_args!("a step from {} to {}", Number(t), Number(end)).to_string();
+            let found = format_args!("a step from {} to {}", Time(t), Number(end)).to_string();
             let expected = format!(
                 "one that ends within [{from}, {to}] (seconds), where all prescribed motion is known"
             );
@@ -561,7 +561,7 @@ impl<M: Model> Run<M> {
             format!(
                 "At t = {} s lengths of tendons that do not stretch jump against each other: one is longer by {by:.1e} of the length of what \
                  it joins. Change lengths gradually, take shorter steps, or give the tendons a `stiffness`.",
-                Number(t)
+                Time(t)
             )
         });
         let Self { integrator, .. } = self;
@@ -597,7 +597,7 @@ impl<M: Model> Run<M> {
         let mut message = match cause {
             Some(what) => format!(
                 "{what}, where a finite number is needed: the result ends at t = {}.",
-                Number(self.integrator.t())
+                Time(self.integrator.t())
             ),
             None => self.integrator.explain(status),
         };
