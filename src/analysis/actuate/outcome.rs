@@ -139,6 +139,12 @@ pub(super) fn message(
                 Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Unresolved { .. }))) => {
                     "beyond these inputs a rod turns too much for its quadrature `nodes`"
                 }
+                Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::DeepPenetration {
+                    contact, ..
+                }))) => &format!(
+                    "beyond these inputs the surfaces of contact \"{}\" would be sunk into each other: give it more `stiffness`",
+                    robot.contacts[contact].name
+                ),
                 Some(NoEquilibrium::Continuation(_)) => {
                     "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
                 }

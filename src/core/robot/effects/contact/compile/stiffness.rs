@@ -46,12 +46,15 @@ pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
     let known = robot.contacts.iter().any(is_open).then(|| Known::new(robot));
     let stiffness = |contact: &Contact| match (contact.stiffness, &known) {
         (Some(Stiffness::Given(stiffness)), _) => stiffness,
-        (None, Some(known)) if known.is_complete(contact) => {
-            of_material(contact, robot).min(known.of_loads(contact))
-        }
+        (None, Some(known)) => known.default(contact, robot),
         _ => of_material(contact, robot),
     };
     robot.contacts.iter().map(stiffness).collect()
+}
+
+/// The stiffness of a contact for which none is given; infinite if nothing is known that limits it.
+pub(crate) fn default_stiffness(robot: &Robot, contact: &Contact) -> f64 {
+    Known::new(robot).default(contact, robot)
 }
 
 /// The default stiffness of a contact if only the known forces acted.
@@ -182,7 +185,13 @@ impl Known {
         contact.surfaces.iter().filter_map(Surface::link).all(|link| !self.loads[self.roots[link]].is_unknown)
     }
 
-    /// The stiffness at which the overlap is small even if all forces act at one edge; infinite without forces.
+    fn default(&self, contact: &Contact, robot: &Robot) -> f64 {
+        let of_material = of_material(contact, robot);
+        if self.is_complete(contact) { of_material.min(self.of_loads(contact)) } else { of_material }
+    }
+
+    /// The stiffness at which the overlap is small even if all forces act at one edge, or at one place where no rod touches; infinite without
+    /// forces.
     fn of_loads(&self, contact: &Contact) -> f64 {
         let rods = || rods(contact).map(|link| self.rods[link]);
         let shapes = contact.surfaces.iter().map(|surface| match surface {
@@ -199,7 +208,11 @@ impl Known {
         };
         let bending = rods().map(|rod| BENDING / (rod.length * rod.compliance)).fold(0.0, f64::max);
         let force = largest(KnownLoads::force) + largest(|all| all.moment) / length + bending;
-        let stiffness = force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt());
+        let stiffness = if contact.is_spread() {
+            force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt())
+        } else {
+            force / overlap
+        };
         if stiffness > 0.0 { stiffness } else { f64::INFINITY }
     }
 }
