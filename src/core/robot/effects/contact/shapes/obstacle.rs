@@ -91,6 +91,19 @@ impl Solid {
         }
     }
 
+    /// Depth of its middle below the surface: zero where there is none between two sides.
+    pub(crate) fn depth(&self) -> f64 {
+        match self {
+            Self::HalfSpace { .. } | Self::HeightField(_) => 0.0,
+            Self::Ball { radius, .. } | Self::Capsule { radius, .. } => *radius,
+            Self::Cuboid { half_extents, radius, .. } => {
+                half_extents.to_array().into_iter().fold(f64::INFINITY, f64::min) + radius
+            }
+            Self::ConvexMesh(mesh) => mesh.depth(),
+            Self::Tube(tube) => tube.deepest(),
+        }
+    }
+
     /// Upper bound of the concave curvature of its surface, per metre; zero for a convex solid. For a tube, the curvature along it.
     pub(crate) fn hollowness(&self) -> f64 {
         match self {
