@@ -229,13 +229,14 @@ impl Placed<'_> {
         if let Solid::Tube(tube) = self.solid { Some(tube) } else { None }
     }
 
-    /// Magnitude of the component of a velocity across a tube; see [`Tube::across`].
-    pub(crate) fn speed_across(&self, tube: &Tube, point: Vector<f64>, velocity: Vector<f64>) -> f64 {
-        let across = match self.pose {
-            Some(pose) => tube.across(pose.local_position(point), pose.rotation.apply_transposed(velocity)),
-            None => tube.across(point, velocity),
-        };
-        across.dot(across).sqrt()
+    /// A point in the axes in which it is fixed.
+    pub(crate) fn local_position(&self, point: Vector<f64>) -> Vector<f64> {
+        self.pose.map_or(point, |pose| pose.local_position(point))
+    }
+
+    /// A direction in these axes.
+    pub(crate) fn local_direction(&self, direction: Vector<f64>) -> Vector<f64> {
+        self.pose.map_or(direction, |pose| pose.rotation.apply_transposed(direction))
     }
 
     /// Radius of a body that is round everywhere; zero for others.
