@@ -4,10 +4,15 @@ use super::curve::Part;
 use super::shapes::bracket;
 use super::shapes::obstacle::Placed;
 use super::shapes::tube::{Location, Tube};
-use crate::numerics::lie::Vector;
 
-/// Maximum number of places at which a part is divided: two before each end of a tube.
-const MOST_CUTS: usize = 4;
+/// Maximum number of equal pieces of a part in a bore. More do not fit beside its clearance where a part bends by a thousand clearances.
+const MOST_PARTS: usize = 32;
+
+/// A part is divided until the velocity across the bore changes in a piece by this many clearances.
+const CHANGE_OF_SPEED: f64 = 2.0;
+
+/// Maximum number of places at which a part is divided: between equal pieces, and two before each end of a tube.
+const MOST_CUTS: usize = MOST_PARTS + 3;
 
 /// A gap g to the wall of a bore, and its slope, transformed for the search to `g - g^2 / (2 C)` with the clearance C, which shrinks as
 /// the rod widens. In the middle of the bore, g = C has a peak with unbounded negative second derivative; the transformed gap has the
@@ -69,7 +74,7 @@ impl InTube<'_> {
     ///
     /// With the distance rho from the centre line and the clearance C, the transformed gap is `(C^2 - rho^2) / (2 C)`. Its negative second
     /// derivative is the square of the velocity across the centre line over C, plus those of both curves; beyond the ends, that of the whole
-    /// velocity.
+    /// velocity. The velocity across changes by no more than both curves bend.
     pub(super) fn pieces(&self) -> Option<Pieces> {
         let radius = self.part.radii[0].max(self.part.radii[1]);
         let clearance = self.tube.radius() - radius;
@@ -78,12 +83,9 @@ impl InTube<'_> {
         if clearance <= 0.0 || locations.iter().all(|location| *location == Location::Outside) {
             return None;
         }
-        let of_speed = |speed: f64| {
-            let fastest = speed + self.part.bend + 0.5 * self.bend;
-            fastest * fastest / clearance + self.part.bend + self.bend
-        };
         let [[_, start], [_, end]] = self.part.ends;
-        let beyond = of_speed(start.dot(start).max(end.dot(end)).sqrt());
+        let fastest = start.dot(start).max(end.dot(end)).sqrt() + self.part.bend;
+        let beyond = fastest * fastest / clearance + self.bend;
         let crossed = |location: Location, other: Location| match location {
             Location::Beyond(end) if other != location => Some(end),
             _ => None,
@@ -96,24 +98,25 @@ impl InTube<'_> {
             let is_far = nearest - self.part.bend > radius;
             return Some(Pieces::one(if is_far { self.bend } else { beyond }));
         }
-        // Sides of a rod with an end outside are not those of the bore.
-        let inside = if locations.contains(&Location::Outside) {
-            beyond
-        } else {
-            let [at_start, at_end] = [(0.0, first), (1.0, last)].map(|(x, end)| self.speed_across(x, end));
-            of_speed(at_start.max(at_end))
-        };
-        let mut pieces = Pieces::one(inside);
+        let mut pieces = Pieces::one(beyond);
+        let (mut from, mut to) = (0.0, 1.0);
         if let Some(end) = first {
-            let is_far = self.height(end, 0.0).0 > radius;
-            pieces.bends[0] = if is_far { self.bend } else { beyond };
-            if is_far {
+            if self.height(end, 0.0).0 > radius {
+                pieces.bends[0] = self.bend;
                 pieces.cut(self.rise(end, radius, [1.0, 0.0]), beyond);
             }
-            pieces.cut(self.rise(end, 0.0, [1.0, 0.0]), inside);
+            from = self.rise(end, 0.0, [1.0, 0.0]);
+            pieces.cut(from, beyond);
         }
         if let Some(end) = last {
-            pieces.cut(self.rise(end, 0.0, [0.0, 1.0]), beyond);
+            to = self.rise(end, 0.0, [0.0, 1.0]);
+        }
+        // Beside an end outside, the sides are not those of the bore.
+        if !locations.contains(&Location::Outside) {
+            self.divide(&mut pieces, [from, to], [first, last], clearance);
+        }
+        if let Some(end) = last {
+            pieces.cut(to, beyond);
             if self.height(end, 1.0).0 > radius {
                 pieces.cut(self.rise(end, radius, [0.0, 1.0]), self.bend);
             }
@@ -121,18 +124,36 @@ impl InTube<'_> {
         Some(pieces)
     }
 
-    /// Speed across the centre line at an end of the part, or where it crosses the plane of an end of the tube.
+    /// Divides the last piece, between two places of which these are in the planes across ends of the tube, into equal ones.
+    fn divide(&self, pieces: &mut Pieces, [from, to]: [f64; 2], crossed: [Option<usize>; 2], clearance: f64) {
+        let change = self.bend * (to - from);
+        let number = (change / (CHANGE_OF_SPEED * clearance)).ceil().clamp(1.0, MOST_PARTS as f64);
+        let mut before = self.speed_across(from, crossed[0]);
+        for k in 1..=number as usize {
+            let is_last = k as f64 == number;
+            let x = if is_last { to } else { from + (to - from) * k as f64 / number };
+            let after = self.speed_across(x, if is_last { crossed[1] } else { None });
+            let fastest = before.max(after) + 0.5 * change / number;
+            pieces.bends[pieces.number] = fastest * fastest / clearance + self.bend;
+            if !is_last {
+                pieces.cut(x, 0.0);
+            }
+            before = after;
+        }
+    }
+
+    /// Speed across the centre line at a place, or across the axis of an end whose plane it is in.
     fn speed_across(&self, x: f64, crossed: Option<usize>) -> f64 {
-        let size = |velocity: Vector<f64>| velocity.dot(velocity).sqrt();
-        let Some(end) = crossed else {
-            let [position, slope, _] = self.part.at(x);
-            let [position, slope] = [self.solid.local_position(position), self.solid.local_direction(slope)];
-            return size(self.tube.across(position, slope));
+        let [position, slope, _] = self.part.at(x);
+        let slope = self.solid.local_direction(slope);
+        let across = match crossed {
+            Some(end) => {
+                let outward = self.tube.outward(end);
+                slope - outward * outward.dot(slope)
+            }
+            None => self.tube.across(self.solid.local_position(position), slope),
         };
-        let x = self.rise(end, 0.0, if x == 0.0 { [1.0, 0.0] } else { [0.0, 1.0] });
-        let slope = self.solid.local_direction(self.part.at(x)[1]);
-        let outward = self.tube.outward(end);
-        size(slope - outward * outward.dot(slope))
+        across.dot(across).sqrt()
     }
 
     /// Height of a place of the part above the plane of an end of the tube, and its derivative.

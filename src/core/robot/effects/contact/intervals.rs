@@ -3,7 +3,7 @@
 use crate::robot::effects::contact::plan::{MOST_CHANGES, MOST_INTERVALS};
 use crate::robot::effects::contact::shapes::bracket;
 
-/// Maximum number of places between two samples at which the gap is evaluated to find its signs.
+/// Maximum number of places between two hints at which the gap is evaluated to find its signs.
 const MOST_STEPS: usize = 60;
 
 /// Smallest distance of an intermediate place from both ends, as a fraction of the interval.
@@ -127,7 +127,7 @@ impl<F: Fn(f64) -> (f64, f64), B: Fn(f64) -> f64> Gap<F, B> {
         for &x in hints {
             let here = Place::new(x, (self.at)(x));
             self.divide(before, here, &mut search);
-            before = here;
+            (before, search.left) = (here, MOST_STEPS);
         }
         self.divide(before, end, &mut search);
         if let Some(begin) = search.begin {
