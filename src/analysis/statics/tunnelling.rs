@@ -17,8 +17,8 @@ pub(super) enum Passage {
     Free,
     /// They pass through each other on the way.
     Tunnelled,
-    /// At the end they overlap by more than their thickness, and by more than at the start: contacts do not show any more on which side
-    /// of each other they are.
+    /// At the end they overlap by more than their thickness, and at the start by less: contacts do not show any more on which side of each
+    /// other they are. What starts deeper, such as at the end of a search with softer contacts, has to come out.
     Sunk(Overlap),
 }
 
@@ -30,7 +30,7 @@ impl Passage {
         }
         let [before, after] = [from, to].map(|q| model.deepest_overlaps(q)[1]);
         let share = |overlap: Option<Overlap>| overlap.map_or(0.0, |overlap| overlap.share);
-        let inside = share(before).max(INSIDE_OVERLAP);
+        let inside = share(before).max(share(after)).max(INSIDE_OVERLAP);
         let turns = model.facts().rotation_vectors.clone();
         model.store_surfaces(from);
         let step = chart::step_between(&turns, from, to);
@@ -42,11 +42,13 @@ impl Passage {
             // The tunnelling check computes rotations of solids from the coordinates.
             chart::unfold(&turns, from, &mut q);
             model.have_tunnelled(&q, Radius::Smaller)
-                || share(model.deepest_overlaps(&q)[1]) > inside.max(share(after))
+                || share(model.deepest_overlaps(&q)[1]) > inside
         });
         match after {
             _ if has_tunnelled => Self::Tunnelled,
-            Some(overlap) if overlap.share > inside => Self::Sunk(overlap),
+            Some(overlap) if overlap.share > INSIDE_OVERLAP && share(before) <= INSIDE_OVERLAP => {
+                Self::Sunk(overlap)
+            }
             _ => Self::Free,
         }
     }
