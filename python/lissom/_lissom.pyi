@@ -2494,6 +2494,7 @@ class ContinuationResult:
         "unresolved",
         "inverted",
         "collapsed",
+        "deep_penetration",
         "interrupted",
     ]: ...
     @property

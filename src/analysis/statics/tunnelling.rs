@@ -41,8 +41,7 @@ impl Passage {
             chart::retract(&turns, &mut q, &part);
             // The tunnelling check computes rotations of solids from the coordinates.
             chart::unfold(&turns, from, &mut q);
-            model.have_tunnelled(&q, Radius::Smaller)
-                || share(model.deepest_overlaps(&q)[1]) > inside
+            model.have_tunnelled(&q, Radius::Smaller) || share(model.deepest_overlaps(&q)[1]) > inside
         });
         match after {
             _ if has_tunnelled => Self::Tunnelled,

@@ -95,11 +95,11 @@ def test_continuation_ends_at_the_bar_and_names_the_stiffness():
     robot = over_a_bar("capsule", 1e4)
     path = lissom.continuation(robot, load_factor=0.0, bounds=(0.0, 1.0))
     assert path.status == "deep_penetration", path.message
-    assert height(robot, path.q[-1]) > 0
+    assert height(robot, path.path.q[-1]) > 0
     robot = over_a_bar("capsule", named(path.message))
     path = lissom.continuation(robot, load_factor=0.0, bounds=(0.0, 1.0))
     assert path.success, path.message
-    assert height(robot, path.q[-1]) > 0
+    assert height(robot, path.path.q[-1]) > 0
 
 
 @pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
@@ -111,7 +111,7 @@ def test_newtons_method_does_not_jump_behind_the_bar():
     assert height(robot, found.q) > 0
 
 
-@pytest.mark.parametrize("stiffness", [10.0, 100.0, 1e3])
+@pytest.mark.parametrize("stiffness", [1.0, 10.0, 100.0])
 def test_a_ball_does_not_sink_through_a_shelf(stiffness):
     """A ball of 10 N on a rail. One typed number suffices: nothing bears more than the weight."""
 

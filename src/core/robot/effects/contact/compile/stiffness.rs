@@ -84,7 +84,8 @@ pub(crate) fn of_material(contact: &Contact, robot: &Robot) -> f64 {
         let compliances = robot.links[link].rod.iter().filter(|segment| segment.young_modulus > 0.0);
         compliances.map(of_segment).fold(0.0, f64::max)
     };
-    FRAC_PI_4 / rods(contact).map(of_rod).sum::<f64>()
+    // The sum of no numbers is minus zero.
+    FRAC_PI_4 / rods(contact).map(of_rod).fold(0.0, |sum, compliance| sum + compliance)
 }
 
 fn rods(contact: &Contact) -> impl Iterator<Item = usize> {
