@@ -2496,6 +2496,7 @@ class ContinuationResult:
         "unresolved",
         "inverted",
         "collapsed",
+        "deep_penetration",
         "interrupted",
     ]: ...
     @property

@@ -277,7 +277,8 @@ impl PyStaticsResult {
 ///     True if the path reached one of its bounds.
 /// status : str
 ///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved', 'inverted',
-///     'collapsed' or 'interrupted' (in the `result` of a KeyboardInterrupt).
+///     'collapsed', 'deep_penetration' (surfaces would overlap by more than a radius) or 'interrupted' (in the `result` of a
+///     KeyboardInterrupt).
 /// message : str
 ///     The status in words, and what to change.
 /// u : ndarray, shape (m,), or None

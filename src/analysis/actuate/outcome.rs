@@ -94,6 +94,32 @@ pub struct Found {
     pub equilibria: usize,
 }
 
+/// Why no equilibrium was found beyond some inputs.
+fn reason(no_equilibrium: Option<NoEquilibrium>, robot: &Robot) -> String {
+    match no_equilibrium {
+        Some(NoEquilibrium::Limit) | None => {
+            "beyond these inputs it buckles or snaps to another shape".to_owned()
+        }
+        Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Inverted { .. }))) => {
+            "beyond these inputs a rod would be turned inside out".to_owned()
+        }
+        Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Unresolved { .. }))) => {
+            "beyond these inputs a rod turns too much for its quadrature `nodes`".to_owned()
+        }
+        Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::DeepPenetration {
+            contact,
+            ..
+        }))) => format!(
+            "beyond these inputs the surfaces of contact \"{}\" would be sunk into each other: give it more `stiffness`",
+            robot.contacts[contact].name
+        ),
+        Some(NoEquilibrium::Continuation(_)) => {
+            "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
+                .to_owned()
+        }
+    }
+}
+
 /// Describes the result; `slack` lists slack tendons whose lengths are free.
 pub(super) fn message(
     status: Status,
@@ -131,18 +157,7 @@ pub(super) fn message(
             )
         }
         Status::EquilibriumLost => {
-            let why = match no_equilibrium {
-                Some(NoEquilibrium::Limit) | None => "beyond these inputs it buckles or snaps to another shape",
-                Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Inverted { .. }))) => {
-                    "beyond these inputs a rod would be turned inside out"
-                }
-                Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Unresolved { .. }))) => {
-                    "beyond these inputs a rod turns too much for its quadrature `nodes`"
-                }
-                Some(NoEquilibrium::Continuation(_)) => {
-                    "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
-                }
-            };
+            let why = reason(no_equilibrium, robot);
             format!("The search ended before the targets: {why}. Start from other inputs `u`.")
         }
         Status::NoStart => {

@@ -258,7 +258,7 @@ impl InContact for AsSprings<'_> {
         self.model.soften_contact(soft)
     }
 
-    fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
+    fn deepest_overlaps(&mut self, q: &[f64]) -> [Option<Overlap>; 2] {
         self.model.deepest_overlaps(q)
     }
 

@@ -5,6 +5,7 @@
 //! trapezoidal rule, replaces them.
 
 use super::equations::{Equations, Linear, State, Step};
+use super::tunnelling::Passage;
 use crate::error::Interrupted;
 use crate::model::InvalidShape;
 use crate::numerics::linalg::symmetric_part;
@@ -146,9 +147,12 @@ pub(super) fn descend(
             let inverted = equations
                 .invalid_shape(&trial.q)
                 .filter(|invalid_shape| matches!(invalid_shape, InvalidShape::Inverted { .. }));
-            let is_sound = work.is_finite()
-                && inverted.is_none()
-                && !equations.have_tunnelled(&state.q, &trial.q, length);
+            let passage = if work.is_finite() && inverted.is_none() {
+                equations.passage([&state.q, &trial.q], length)
+            } else {
+                Passage::Free
+            };
+            let is_sound = work.is_finite() && inverted.is_none() && passage == Passage::Free;
             let ratio = if is_sound { work / predicted } else { 0.0 };
             if ratio < POOR_RATIO {
                 radius = 0.25 * length;
@@ -161,7 +165,7 @@ pub(super) fn descend(
                 here = there;
                 break;
             }
-            invalid_shape = inverted;
+            invalid_shape = inverted.or(passage.invalid_shape());
             if length
                 <= if equations.has_contact() {
                     ROUNDING_FACTOR_AT_KINKS * ROUNDING_STEP

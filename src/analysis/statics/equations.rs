@@ -1,7 +1,7 @@
 //! Equations of equilibrium of a model under a fraction of its loads.
 
 use super::load_parameter::LoadParameter;
-use super::stiffness_continuation;
+use super::tunnelling::Passage;
 use crate::analysis::normalised;
 use crate::analysis::normalised::{Normalised, scaled};
 use crate::analysis::small_motions::small_motions;
@@ -9,7 +9,7 @@ use crate::analysis::stability;
 use crate::analysis::stability::Verdict;
 use crate::error::Interrupted;
 use crate::model::springs::Springs;
-use crate::model::{InvalidShape, Radius, Static, Switch, rotation_vectors};
+use crate::model::{InvalidShape, Static, Switch, rotation_vectors};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
 /// Cost of a search.
@@ -230,23 +230,9 @@ impl<'a> Equations<'a> {
         self.model.invalid_shape(q)
     }
 
-    /// Whether surfaces pass through each other on the path between two shapes, of this scaled length.
-    pub(super) fn have_tunnelled(&mut self, from: &[f64], to: &[f64], length: f64) -> bool {
-        /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
-        /// a thousandth of its length.
-        const LENGTH_OF_PARTS: f64 = 0.1;
-        if !self.model.facts().has_contact || !length.is_finite() {
-            return false;
-        }
-        let inside = stiffness_continuation::tunnelling_overlap(&mut *self.model, [from, to]);
-        self.model.store_surfaces(from);
-        let parts = (length / LENGTH_OF_PARTS).ceil().max(1.0) as usize;
-        let mut q = vec![0.0; from.len()];
-        (1..=parts).any(|part| {
-            let x = part as f64 / parts as f64;
-            q.iter_mut().zip(from).zip(to).for_each(|((q, from), to)| *q = from + (to - from) * x);
-            self.model.have_tunnelled(&q, Radius::Smaller) || self.model.deepest_overlaps(&q)[1] > inside
-        })
+    /// What surfaces do on the path between two shapes, of this scaled length.
+    pub(super) fn passage(&mut self, ends: [&[f64]; 2], length: f64) -> Passage {
+        Passage::between(&mut *self.model, ends, length)
     }
 
     /// Problem of a shape with deep penetration; `None` otherwise.

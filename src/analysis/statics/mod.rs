@@ -38,6 +38,7 @@ mod stiffness_continuation;
 mod tendons;
 mod tied;
 mod tied_newton;
+mod tunnelling;
 
 pub use equations::Counters;
 pub use interrupted::Monitor;
@@ -56,6 +57,7 @@ use load_parameter::LoadParameter;
 use path::{End, Follower, PathLimits};
 use search::Ended;
 use stability::Stiffness;
+use tunnelling::Passage;
 
 pub use crate::analysis::stability::{Stability, Verdict};
 use crate::error::{Interrupted, InvalidInput, Unfinished};
@@ -120,8 +122,9 @@ fn search_with_options(
             // With tendons that may be slack or taut, the search determines the active ones.
             if !model.facts().is_one_sided {
                 match near(model, q0, options, &mut *monitor) {
-                    Ok(found) if found.status.is_success() => return Ok(Ok(found)),
-                    Ok(found) => (tried, first) = (found.counters, Some(found)),
+                    Ok(found) if !found.status.is_success() => (tried, first) = (found.counters, Some(found)),
+                    Ok(found) if !is_free(model, [q0, &found.q]) => tried = found.counters,
+                    Ok(found) => return Ok(Ok(found)),
                     Err(interrupted) => return Ok(Err(interrupted)),
                 }
             }
@@ -200,7 +203,11 @@ fn follow(
         follow_along(&mut path, &mut equations, near, options).unwrap_or_else(|Interrupted| {
             (Status::Interrupted, path.load_factor.last().copied().unwrap_or(options.load_factor))
         });
-    let message = outcome::message(equations.model, status, load_factor, true, None, &path);
+    let mut message = outcome::message(equations.model, status, load_factor, true, None, &path);
+    if let (Status::Invalid(_), Some(last)) = (status, path.q.chunks_exact(n).next_back()) {
+        let deepest = equations.model.deepest_overlap(last);
+        message += &equations.model.advice_at_end(&[last], deepest);
+    }
     let followed = Continuation { path, status, message, counters: equations.counters };
     if status == Status::Interrupted { Err(Unfinished::new(followed)) } else { Ok(followed) }
 }
@@ -452,13 +459,24 @@ fn beside(
     monitor: Monitor<'_>,
 ) -> Result<Equilibrium, InterruptedSearch> {
     let nearby = near(model, &found.q, options, monitor)?;
-    let mut sizes = vec![0.0; found.q.len()];
-    model.sizes(&found.q, &mut sizes);
-    let apart = chart::step_between(&model.facts().rotation_vectors, &found.q, &nearby.q);
-    let apart: Vec<f64> = apart.iter().zip(&sizes).map(|(x, size)| x / size).collect();
+    let ends = [&found.q[..], &nearby.q[..]];
     let counters = found.counters + nearby.counters;
-    let is_found = nearby.status.is_success() && norm(&apart) <= NEARBY;
+    let is_found = nearby.status.is_success() && apart(model, ends) <= NEARBY && is_free(model, ends);
     Ok(Equilibrium { counters, ..if is_found { nearby } else { found } })
+}
+
+/// Whether surfaces neither pass through each other nor are sunk on the straight path between two shapes: Newton's method does not look.
+fn is_free(model: &mut dyn Static, ends: [&[f64]; 2]) -> bool {
+    let length = apart(model, ends);
+    Passage::between(model, ends, length) == Passage::Free
+}
+
+/// Length of the step between two shapes, in sizes of coordinates.
+fn apart(model: &mut dyn Static, [from, to]: [&[f64]; 2]) -> f64 {
+    let mut sizes = vec![0.0; from.len()];
+    model.sizes(from, &mut sizes);
+    let step = chart::step_between(&model.facts().rotation_vectors, from, to);
+    norm(&step.iter().zip(&sizes).map(|(x, size)| x / size).collect::<Vec<_>>())
 }
 
 /// Repeats a search from its folded last shape until that is in equilibrium by true moments.
@@ -540,17 +558,18 @@ fn descend_onto_surfaces(
                 return Ok(descended);
             }
             let nearby = newton(equations, &descended.q, options)?;
-            let moved =
-                nearby.q.iter().zip(&descended.q).zip(&equations.sizes).map(|((a, b), size)| (a - b) / size);
-            let is_near = norm(&moved.collect::<Vec<_>>()) <= NEARBY;
+            let ends = [&descended.q[..], &nearby.q[..]];
+            let moved = nearby.q.iter().zip(&descended.q).zip(&equations.sizes);
+            let distance = norm(&moved.map(|((a, b), size)| (a - b) / size).collect::<Vec<_>>());
             // Other equilibria are left to the descent.
-            let mut is_free = || -> Result<bool, Interrupted> {
+            let mut is_neutral = || -> Result<bool, Interrupted> {
                 let state = equations.state(nearby.q.clone(), 1.0)?;
                 let verdict = equations.verdict(&state)?;
                 Ok(verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral))
             };
             let is_at_end = descended.status == Status::Stalled || max_iter == left;
-            if nearby.status.is_success() && (is_at_end || is_near && is_free()?) {
+            let is_end = nearby.status.is_success() && (is_at_end || distance <= NEARBY && is_neutral()?);
+            if is_end && equations.passage(ends, distance) == Passage::Free {
                 return Ok(nearby);
             }
             (left, length) = (left - max_iter, ITERATIONS_FACTOR * length);

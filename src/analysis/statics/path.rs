@@ -10,6 +10,7 @@
 use super::corrector::{self, Corrected, correct, correct_held};
 use super::equations::{Equations, Linear, State, Step};
 use super::stability::{NEUTRAL, Stiffness};
+use super::tunnelling::Passage;
 use crate::analysis::stability::Stability;
 use crate::error::Interrupted;
 use crate::model::InvalidShape;
@@ -214,10 +215,13 @@ impl<'a, 'b> Follower<'a, 'b> {
         // At the start of a branch the tangent is singular; do not correct a state that is in equilibrium
         // already.
         if norm_inf(&linear.normalised.coordinates(&linear.residual)) > tolerance {
-            let load_factor = start.load_factor;
+            let (load_factor, given) = (start.load_factor, start.clone());
             match self.correct_at_target_with_active_set(&mut start, load_factor)? {
                 Some(done) => corrected = done,
                 None => return Ok(None),
+            }
+            if self.is_blocked(&given, &start) {
+                return Ok(None);
             }
             let Some(there) = self.equations.linearise(&start)? else { return Ok(None) };
             linear = there;
@@ -378,7 +382,7 @@ impl<'a, 'b> Follower<'a, 'b> {
             return Ok(None);
         }
         self.invalid_shape = self.equations.invalid_shape(&state.q);
-        if self.invalid_shape.is_some() || self.has_tunnelled(place, &state) {
+        if self.invalid_shape.is_some() || self.is_blocked(&place.state, &state) {
             return Ok(None);
         }
         if self.equations.would_switch(&state)? {
@@ -428,15 +432,18 @@ impl<'a, 'b> Follower<'a, 'b> {
             && is_same
             && self.invalid_shape.is_none()
             && stiffness.lowest.is_finite()
-            && !self.has_tunnelled(place, &state);
+            && !self.is_blocked(&place.state, &state);
         Ok(is_good.then_some(Place { state, direction, stiffness, corrected }))
     }
 
-    /// Whether surfaces pass through each other on the way from a place to a state: the equilibrium behind an obstacle is another one.
-    fn has_tunnelled(&mut self, place: &Place, state: &State) -> bool {
-        let step = state.since(&place.state, &self.equations.sizes);
-        let length = norm(&step.scaled[..state.q.len()]);
-        self.equations.have_tunnelled(&place.state.q, &state.q, length)
+    /// Whether surfaces pass through each other on the way between two states, or are sunk into each other at the end: the equilibrium
+    /// behind an obstacle is another one.
+    fn is_blocked(&mut self, from: &State, to: &State) -> bool {
+        let step = to.since(from, &self.equations.sizes);
+        let length = norm(&step.scaled[..to.q.len()]);
+        let passage = self.equations.passage([&from.q, &to.q], length);
+        self.invalid_shape = passage.invalid_shape();
+        passage != Passage::Free
     }
 
     /// Finds the equilibrium near a state at the load factor `target`.

@@ -25,14 +25,7 @@ pub(super) const MAX_SOFT_ITERATIONS: usize = 100;
 pub(super) const DEEP_OVERLAP: f64 = 0.5;
 
 /// Beyond this overlap over the thickness, the middle of a surface may be inside the other one.
-const INSIDE_OVERLAP: f64 = 1.0;
-
-/// Overlap over the thickness, of surfaces with two sides, beyond which a path between two shapes passes through them. Paths too short
-/// for the tunnelling check are judged by the overlap at their end.
-pub(super) fn tunnelling_overlap(model: &mut dyn Static, ends: [&[f64]; 2]) -> f64 {
-    let overlaps = ends.map(|q| model.deepest_overlaps(q)[1]);
-    overlaps.into_iter().fold(INSIDE_OVERLAP, f64::max)
-}
+pub(super) const INSIDE_OVERLAP: f64 = 1.0;
 
 /// The start of the search that follows one with softer contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

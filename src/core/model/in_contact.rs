@@ -69,9 +69,9 @@ pub trait InContact: Dynamics {
     /// that. Returns whether any became softer.
     fn soften_contact(&mut self, soft: Option<Softened<'_>>) -> bool;
 
-    /// The largest overlap in a shape over the thickness of the thinner surface and the growth of softened obstacles: of all surfaces, and of those with two sides, which
-    /// excludes half-spaces; zero if nothing touches.
-    fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2];
+    /// The overlaps with the largest share in a shape: of all surfaces, over the thickness of the thinner one and the growth of softened
+    /// obstacles; and of those with two sides, which excludes half-spaces, over the largest valid overlap ([`Self::deep_penetration`]) and that growth.
+    fn deepest_overlaps(&mut self, q: &[f64]) -> [Option<Overlap>; 2];
 
     /// The overlap in a shape with the largest share.
     fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap>;

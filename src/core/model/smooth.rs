@@ -160,8 +160,8 @@ impl<M: Smooth> InContact for M {
         false
     }
 
-    fn deepest_overlaps(&mut self, _q: &[f64]) -> [f64; 2] {
-        [0.0; 2]
+    fn deepest_overlaps(&mut self, _q: &[f64]) -> [Option<Overlap>; 2] {
+        [None; 2]
     }
 
     fn deepest_overlap(&mut self, _q: &[f64]) -> Option<Overlap> {

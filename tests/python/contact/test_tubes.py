@@ -388,6 +388,61 @@ def test_a_catheter_in_five_bends_is_an_elastica_between_two_walls():
     assert WALL * bar * overlap.sum() == pytest.approx(forces[0], rel=0.01)
 
 
+def guided(kind, seed):
+    """A wire with a load in a guide that it passes through, or in a bend from its clamp on, and a start."""
+    random = np.random.default_rng(seed)
+    length, radius = 10.0 ** random.uniform(-1, 0.3), 10.0 ** random.uniform(-3.6, -2.3)
+    radius *= length
+    young, density = ((2.1e11, 7800.0), (5e10, 6450.0))[seed % 2]
+    parts = 1 + seed % 3
+    segment = lissom.Segment(
+        length / parts, radius, young, poisson_ratio=0.3, density=density, modes={"bend_y": 4}
+    )
+    s = np.linspace(0, length, 300)
+    curvature = 0.0 if kind == "guide" else random.uniform(0.3, 1.5) / length
+
+    def place(s):
+        if curvature == 0.0:
+            return np.column_stack([s, 0 * s, 0 * s])
+        return np.column_stack([np.sin(curvature * s), 0 * s, 1 - np.cos(curvature * s)]) / [
+            curvature,
+            1,
+            curvature,
+        ]
+
+    ends = (0.3 * length, 0.9 * length) if kind == "guide" else (0.0, 1.1 * length)
+    points = place(np.linspace(*ends, 2 if kind == "guide" else 23))
+    tube = lissom.Tube(points, radius * random.uniform(1.3, 3.5))
+    force = young * np.pi * radius**4 / 4 / length**2 * 10 ** random.uniform(-1, 1)
+    load = lissom.Load(link="rod", force=(0, 0, force * random.choice([-1, 1])))
+    robot = lissom.Robot(
+        [lissom.Link("rod", rod=[segment] * parts)], contacts=[lissom.Contact("rod", tube)], loads=[load]
+    )
+    start = np.zeros(robot.n) if kind == "guide" else robot.coordinates_of(place(s)).q
+    return robot, start, tube, radius, length
+
+
+@pytest.mark.parametrize("kind", ["guide", "bend"])
+@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
+def test_wires_come_to_rest_in_guides_and_bends(kind, seed):
+    """Forces jumped: overlaps beside ends of tubes, and those of long parts with a wall, were overlooked."""
+    robot, start, tube, radius, length = guided(kind, seed)
+    found = lissom.statics(robot, start)
+    assert found.success, found.message
+    assert found.njev <= 300
+    # Nothing is overlooked: the wire is in the wall only near contact points.
+    s = np.linspace(0, length, 2001)
+    places = robot.pose(found.q, s, link="rod")[:, :3, 3]
+    line = centre_line(np.array(tube.points), 20001)[0]
+    distance, nearest = cKDTree(line).query(places)
+    is_beside = (nearest > 0) & (nearest < len(line) - 1)
+    is_deep = is_beside & (distance + radius - tube.radius > 1e-2 * radius)
+    touched = np.array([touch.along[0] for touch in robot.touches(found.q)])
+    for at in s[is_deep]:
+        assert np.abs(touched - at).min() < 0.02 * length
+
+
 # What is refused
 
 

@@ -18,11 +18,12 @@ use super::equations::Counters;
 use super::interrupted::{InterruptedSearch, Monitor, Reached};
 use super::path::Path;
 use super::stiffness_continuation::{
-    self, DEEP_OVERLAP, MAX_SOFT_ITERATIONS, NextStart, SOFT_TOLERANCE, StiffnessContinuation,
+    DEEP_OVERLAP, MAX_SOFT_ITERATIONS, NextStart, SOFT_TOLERANCE, StiffnessContinuation,
 };
+use super::tunnelling::Passage;
 use crate::error::Interrupted;
 use crate::model::constraint::{self, closing};
-use crate::model::{InvalidShape, Radius, Static, chart};
+use crate::model::{InvalidShape, Static, chart};
 use crate::numerics::linalg::{Matrix, dot, norm};
 
 use balance::{Balance, IndependentRows};
@@ -57,6 +58,9 @@ const WELL_WITHIN: f64 = 0.25;
 
 /// A start whose forces balance to this part is nearly an equilibrium; contacts need not be softened on the way to it.
 const NEARLY_EQUILIBRIUM: f64 = 1e-2;
+
+/// A search ends where surfaces overlap by this part of their thickness and a step leads beyond it: those on the way only come closer to it.
+const NEARLY_SUNK: f64 = 0.99;
 
 /// Work below this part of the energies is rounding.
 const ROUNDING_OF_WORK: f64 = 1e-11;
@@ -376,7 +380,7 @@ impl<'a> Search<'a> {
                 return Ok(ended);
             }
             left = left.saturating_sub(self.problem.counters.iterations - before);
-            let [overlap, _] = self.problem.model.deepest_overlaps(&self.shape.q);
+            let overlap = self.overlap();
             let deepest = match ended {
                 Ended::Converged | Ended::IterationLimit => self.deepest.unwrap_or(0.0),
                 _ => f64::INFINITY,
@@ -427,7 +431,7 @@ impl<'a> Search<'a> {
         if let Some(new) = new
             && new.force.iter().all(|force| force.is_finite())
             && self.problem.model.invalid_shape(&new.q).is_none()
-            && !self.have_tunnelled(&new, length)
+            && self.passage(&new, length) == Passage::Free
         {
             self.shape = new;
         }
@@ -445,7 +449,19 @@ impl<'a> Search<'a> {
 
     /// Whether softened surfaces overlap so far that they may be on either side of obstacles.
     fn is_deep(&mut self) -> bool {
-        self.deepest.is_some() && self.problem.model.deepest_overlaps(&self.shape.q)[0] > DEEP_OVERLAP
+        self.deepest.is_some() && self.overlap() > DEEP_OVERLAP
+    }
+
+    /// Whether surfaces overlap by almost their thickness.
+    fn is_nearly_sunk(&mut self) -> bool {
+        let [_, deepest] = self.problem.model.deepest_overlaps(&self.shape.q);
+        deepest.is_some_and(|overlap| overlap.share > NEARLY_SUNK)
+    }
+
+    /// The largest overlap over the thickness of the thinner surface.
+    fn overlap(&mut self) -> f64 {
+        let [deepest, _] = self.problem.model.deepest_overlaps(&self.shape.q);
+        deepest.map_or(0.0, |overlap| overlap.share)
     }
 
     fn descend(&mut self, goal: Goal) -> Result<Ended, Interrupted> {
@@ -506,8 +522,8 @@ impl<'a> Search<'a> {
             }
             (so_far.before, so_far.last) = (error, length);
             (self.shape, self.balance) = (shape, balance);
-            if let Some(deepest) = &mut self.deepest {
-                *deepest = deepest.max(self.problem.model.deepest_overlaps(&self.shape.q)[0]);
+            if let Some(deepest) = self.deepest {
+                self.deepest = Some(deepest.max(self.overlap()));
             }
             self.step_norm = length;
             self.rescale(length);
@@ -579,11 +595,17 @@ impl<'a> Search<'a> {
                     .model
                     .invalid_shape(&new.q)
                     .filter(|invalid_shape| matches!(invalid_shape, InvalidShape::Inverted { .. }));
-                let have_tunnelled = invalid_shape.is_none() && self.have_tunnelled(&new, length);
-                if have_tunnelled && self.is_deep() {
+                let passage =
+                    if invalid_shape.is_none() { self.passage(&new, length) } else { Passage::Free };
+                if passage != Passage::Free && self.is_deep() {
                     return Ok(Tried::Deep);
                 }
-                if invalid_shape.is_none() && !have_tunnelled {
+                if let Passage::Sunk(_) = passage
+                    && self.is_nearly_sunk()
+                {
+                    return Ok(Tried::Refused(passage.invalid_shape()));
+                }
+                if invalid_shape.is_none() && passage == Passage::Free {
                     let decrease = predicted(&linearised, hessian, &solution.x);
                     let done = self.problem.work(&self.shape, &new)?;
                     let balance = Balance::new(&self.problem, &new, &self.scale);
@@ -718,29 +740,9 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Whether surfaces pass through each other on the way to a shape.
-    fn have_tunnelled(&mut self, to: &Shape, length: f64) -> bool {
-        /// Parts of a step in which places are assumed to move straight: for a link that turns by a tenth of a radian, the error is
-        /// a thousandth of its length.
-        const LENGTH_OF_PARTS: f64 = 0.1;
-        /// Maximum number of parts, which bounds the cost of very long steps.
-        const MAX_PARTS: f64 = 1e4;
-        let Problem { model, turns, .. } = &mut self.problem;
-        if !model.facts().has_contact || !length.is_finite() {
-            return false;
-        }
-        let inside = stiffness_continuation::tunnelling_overlap(&mut **model, [&self.shape.q, &to.q]);
-        model.store_surfaces(&self.shape.q);
-        let step = chart::step_between(turns, &self.shape.q, &to.q);
-        let parts = (length / LENGTH_OF_PARTS).ceil().clamp(1.0, MAX_PARTS) as usize;
-        (1..=parts).any(|part| {
-            let mut q = self.shape.q.clone();
-            let part: Vec<f64> = step.iter().map(|x| x * part as f64 / parts as f64).collect();
-            chart::retract(turns, &mut q, &part);
-            // The tunnelling check computes rotations of solids from the coordinates.
-            chart::unfold(turns, &self.shape.q, &mut q);
-            model.have_tunnelled(&q, Radius::Smaller) || model.deepest_overlaps(&q)[1] > inside
-        })
+    /// What surfaces do on the way to a shape.
+    fn passage(&mut self, to: &Shape, length: f64) -> Passage {
+        Passage::between(&mut *self.problem.model, [&self.shape.q, &to.q], length)
     }
 }
 

@@ -75,7 +75,7 @@ impl InContact for RobotModel {
         )
     }
 
-    fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
+    fn deepest_overlaps(&mut self, q: &[f64]) -> [Option<Overlap>; 2] {
         let Self { sweeps, coordinates, .. } = self;
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlaps(q)))
     }

@@ -122,19 +122,21 @@ impl<G: Turning> Sweeps<G> {
         self.forget_touches();
     }
 
-    /// The largest overlap over the thickness of the thinner surface and the growth of softened obstacles: of all surfaces, and of those with
-    /// two sides.
-    pub(crate) fn deepest_overlaps(&mut self, q: &[f64]) -> [f64; 2] {
+    /// The overlaps with the largest share: of all surfaces, over the thickness of the thinner one and the growth of softened obstacles, and of
+    /// those with two sides, over the largest valid overlap and that growth.
+    pub(crate) fn deepest_overlaps(&mut self, q: &[f64]) -> [Option<Overlap>; 2] {
         self.find_touches(q);
         let Self { plan, work, .. } = self;
-        let mut deepest: [f64; 2] = [0.0; 2];
+        let mut deepest = [None; 2];
         for touch in &work.effects.contact.touches {
             let pair = &plan.effects.contacts.pairs[touch.pair];
-            let overlap =
-                touch.contact_point.overlap / (pair.thickness + work.effects.contact.grown[touch.pair]);
-            deepest[0] = deepest[0].max(overlap);
+            let (depth, grown) = (touch.contact_point.overlap, work.effects.contact.grown[touch.pair]);
+            let over = |thickness: f64| {
+                Some(Overlap { contact: pair.contact, depth, share: depth / (thickness + grown) })
+            };
+            deepest[0] = Overlap::deeper(deepest[0], over(pair.thickness));
             if tunnelling::has_two_sides(plan, pair) {
-                deepest[1] = deepest[1].max(overlap);
+                deepest[1] = Overlap::deeper(deepest[1], over(query::largest_valid_overlap(touch)));
             }
         }
         deepest

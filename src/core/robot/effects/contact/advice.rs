@@ -2,12 +2,15 @@
 
 use crate::model::Overlap;
 use crate::robot::description::Robot;
-use crate::robot::effects::contact::compile::{OVERLAP, needed_stiffness, stiffnesses};
+use crate::robot::effects::contact::compile::{OVERLAP, default_stiffness, needed_stiffness, stiffnesses};
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::{Contact, Surface};
 
 /// Largest acceptable overlap over the thickness of the thinner surface: twice that for which the default stiffness is chosen.
 const LARGE_OVERLAP: f64 = 0.35;
+
+/// From this overlap over the thickness on, contacts may have to bear more than they do.
+const SUNK: f64 = 0.9;
 
 /// Contacts stiffer than needed by this factor cost several times as many iterations.
 const STIFF_FACTOR: f64 = 10.0;
@@ -74,11 +77,15 @@ fn on_contact_point(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> Str
     said
 }
 
+/// Where a search or run has failed, or surfaces are sunk into each other, the force need not be the whole one that the contact has to bear.
 fn soft(robot: &Robot, overlap: Overlap, has_failed: bool) -> String {
     let contact = &robot.contacts[overlap.contact];
     let stiffness = stiffnesses(robot)[overlap.contact];
-    // What ended on the way into each other says too little of the force.
-    let needed = Some(needed_stiffness(robot, contact)).filter(|needed| has_failed && needed.is_finite());
+    let mut raised = fitting(contact, stiffness, overlap);
+    let default = default_stiffness(robot, contact);
+    if (has_failed || overlap.share > SUNK) && default.is_finite() {
+        raised = raised.max(default);
+    }
     format!(
         " The contact \"{}\" is soft for its load, its surfaces overlap by up to {:.1e} m, {} of {}: raise `stiffness` from {} to {} {}.",
         contact.name,
@@ -86,7 +93,7 @@ fn soft(robot: &Robot, overlap: Overlap, has_failed: bool) -> String {
         percent(overlap.share),
         thickness(contact),
         rounded(stiffness),
-        rounded(fitting(contact, stiffness, overlap).max(needed.unwrap_or(0.0))),
+        rounded(raised),
         if contact.is_spread() { "N/m^2" } else { "N/m" },
     )
 }

@@ -3,7 +3,7 @@
 use crate::robot::effects::contact::plan::{MOST_CHANGES, MOST_INTERVALS};
 use crate::robot::effects::contact::shapes::bracket;
 
-/// Maximum number of places between two samples at which the gap is evaluated to find its signs.
+/// Maximum number of places between two hints at which the gap is evaluated to find its signs.
 const MOST_STEPS: usize = 60;
 
 /// Smallest distance of an intermediate place from both ends, as a fraction of the interval.
@@ -78,30 +78,18 @@ pub(super) fn changes(
     found
 }
 
-/// A gap as a function on [0, 1] whose second derivative is at least `-bend`: with `bend x^2 / 2` added, it is convex.
+/// A gap as a function on [0, 1] whose second derivative is at least `-bend` between hints: with `bend x^2 / 2` added, it is convex.
 ///
 /// The distance of a point from a convex solid is convex; along a curve its second derivative is at least minus that of the curve, and
 /// lower by the curvature of the surface if that is not convex. Between two places such a gap lies above the two parabolas through
 /// their values and slopes (cutting planes: Kelley 1960), and below the parabola through both values, so that overlaps can be excluded.
-pub(super) struct Gap<F> {
+pub(super) struct Gap<F, B> {
     /// Value and slope at a place.
     pub(super) at: F,
-    pub(super) bend: f64,
+    /// The bound near a place. It may change at hints only.
+    pub(super) bend: B,
     /// Overlaps up to this size do not count.
     pub(super) negligible: f64,
-}
-
-/// A gap g to the wall of a bore, and its slope, transformed for the search to `g - g^2 / (2 C)` with the clearance C, which shrinks as
-/// the rod widens. In the middle of the bore, g = C has a peak with unbounded negative second derivative; the transformed gap has the
-/// same zeros with the same slopes and a bounded one. Gaps are limited to the clearance.
-pub(super) fn up_to_clearance((value, slope): (f64, f64), clearance: f64, widening: f64) -> (f64, f64) {
-    if clearance <= 0.0 {
-        return (value, slope);
-    }
-    let part = (value / clearance).min(1.0);
-    let seen = if part < 1.0 { value } else { clearance };
-    let slope = if part < 1.0 { slope * (1.0 - part) } else { 0.0 };
-    (seen * (1.0 - 0.5 * part), slope - 0.5 * part * part * widening)
 }
 
 /// A place with its gap and the slope of the gap.
@@ -128,7 +116,7 @@ struct Search {
     left: usize,
 }
 
-impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
+impl<F: Fn(f64) -> (f64, f64), B: Fn(f64) -> f64> Gap<F, B> {
     /// Intervals of negative gap, from values and slopes at 0 and 1. `hints` are places in ascending order at which the gap, the
     /// smallest of several ones, may be low although its values at the ends do not show it.
     pub(super) fn touched(&self, ends: [(f64, f64); 2], hints: &[f64]) -> Intervals {
@@ -139,7 +127,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
         for &x in hints {
             let here = Place::new(x, (self.at)(x));
             self.divide(before, here, &mut search);
-            before = here;
+            (before, search.left) = (here, MOST_STEPS);
         }
         self.divide(before, end, &mut search);
         if let Some(begin) = search.begin {
@@ -177,7 +165,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
 
     /// Next place to evaluate between two places of positive gap: where both lower bounds intersect, if they are negative there.
     fn closes_at(&self, a: Place, b: Place) -> Option<f64> {
-        let (h, bend) = (b.x - a.x, self.bend);
+        let (h, bend) = (b.x - a.x, (self.bend)(0.5 * (a.x + b.x)));
         if !(a.value.is_finite() && b.value.is_finite()) {
             // The gap is infinite at one end: the bound of the other one extends there.
             let towards = if a.value.is_finite() { a.slope } else { -b.slope };
@@ -195,7 +183,7 @@ impl<F: Fn(f64) -> (f64, f64)> Gap<F> {
 
     /// Next place to evaluate between two places of negative gap: where the upper bound is highest, if it is positive there.
     fn opens_at(&self, a: Place, b: Place) -> Option<f64> {
-        let (h, bend) = (b.x - a.x, self.bend);
+        let (h, bend) = (b.x - a.x, (self.bend)(0.5 * (a.x + b.x)));
         if bend <= 0.0 {
             return None;
         }
@@ -279,7 +267,8 @@ mod tests {
                     evaluations.set(evaluations.get() + 1);
                     gap(x)
                 };
-                let found = Gap { at, bend: 0.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[middle]);
+                let found =
+                    Gap { at, bend: |_| 0.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[middle]);
                 let [[from, to]] = found.as_slice() else { panic!("{i}: not one interval") };
                 let error = (from - middle + half).abs().max((to - middle - half).abs());
                 assert!(error < 1e-13, "{i}: {from} {to}, not {middle} -+ {half}");
@@ -296,7 +285,7 @@ mod tests {
         let edge = |x: f64| if x < 0.4 { (0.3 - x, -1.0) } else { (0.02 * (x - 0.4) - 0.1, 0.02) };
         let hidden = |x: f64| if x < 0.25 { (f64::INFINITY, 0.0) } else { (0.1 - x * x, -2.0 * x) };
         let found = |gap: WithSlope<'_>| {
-            Gap { at: gap, bend: 2.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[]).as_slice()[0]
+            Gap { at: gap, bend: |_| 2.0, negligible: 1e-12 }.touched([gap(0.0), gap(1.0)], &[]).as_slice()[0]
         };
         let [[from, _], [later, to]] = [found(&edge), found(&hidden)];
         assert!((from - 0.3).abs() < 1e-13 && (later - 0.1_f64.sqrt()).abs() < 1e-13 && to == 1.0);

@@ -10,6 +10,7 @@
 //! ```
 
 pub(crate) mod advice;
+mod bore;
 pub(crate) mod broad_phase;
 pub(crate) mod compile;
 pub(crate) mod curve;

@@ -4,8 +4,9 @@
 //! of its curve, the zeros of the gap bound the overlapping part, over which Gaussian quadrature is used.
 //! Forces thus follow the ends of a contact continuously along the rod, without an influence of the nodes.
 
+use super::bore::{InTube, Pieces, up_to_clearance};
 use super::curve::{DIFFERENCE_STEP, Part, Shape, part};
-use super::intervals::{Gap, SAME_PLACE, changes, up_to_clearance};
+use super::intervals::{Gap, SAME_PLACE, changes};
 use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
@@ -382,7 +383,9 @@ impl<'a, G: Turning> Scene<'a, G> {
         if ends[0].0 + ends[1].0 >= part.reach() {
             return;
         }
-        let bore = other.tube().map(Tube::radius);
+        let bend = self.bend_of(other, c, part);
+        let in_tube = self.in_tube(other, part, bend);
+        let bore = in_tube.and_then(|_| other.tube()).map(Tube::radius);
         let within = |x: f64, seen| match bore {
             Some(bore) => up_to_clearance(seen, bore - part.radius(x), widening),
             None => seen,
@@ -393,9 +396,11 @@ impl<'a, G: Turning> Scene<'a, G> {
             within(x, gap_to(x, slope, nearest(x, position)))
         };
         let negligible = NEGLIGIBLE * part.radii[0].max(part.radii[1]);
-        let gap = Gap { at: gap, bend: part.bend + self.bend_of(other, c, part), negligible };
+        let pieces = in_tube.unwrap_or_else(|| Pieces::one(part.bend + bend));
+        let gap = Gap { at: gap, bend: |x| pieces.bend(x), negligible };
         let mut hints = [0.0; MOST_HINTS];
-        for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
+        let hints = if in_tube.is_some() { pieces.cuts() } else { self.hints(c, part, other, &mut hints) };
+        for &interval in gap.touched(ends, hints).as_slice() {
             self.add_points_by_features(p, c, part, interval, other, found);
         }
     }
@@ -428,11 +433,8 @@ impl<'a, G: Turning> Scene<'a, G> {
             (value(x), (value(after) - value(before)) / (after - before))
         };
         let ends = [gap(0.0), gap(1.0)];
-        let gap = Gap {
-            at: gap,
-            bend: part.bend + part.turn() + self.bend_of(other, c, part),
-            negligible: NEGLIGIBLE * thickest,
-        };
+        let bend = part.bend + part.turn() + self.bend_of(other, c, part);
+        let gap = Gap { at: gap, bend: |_| bend, negligible: NEGLIGIBLE * thickest };
         let mut hints = [0.0; MOST_HINTS];
         for &interval in gap.touched(ends, self.hints(c, part, other, &mut hints)).as_slice() {
             self.add_points_by_features(p, c, part, interval, other, found);
@@ -449,23 +451,13 @@ impl<'a, G: Turning> Scene<'a, G> {
                 .fold(0.0, f64::max),
         };
         let [[_, a], [_, b]] = part.ends;
-        let bend = 2.0 * curvature * a.dot(a).max(b.dot(b));
-        bend + self.bend_in_bore(other, part, bend)
+        2.0 * curvature * a.dot(a).max(b.dot(b))
     }
 
-    /// The same for the transformed gap to the wall of a tube ([`up_to_clearance`]), by twice the bend of the tube along the part.
-    ///
-    /// With the distance rho from the centre line and the clearance C, the gap is `(C^2 - rho^2) / (2 C)`. Its negative second derivative
-    /// is the square of the velocity across the centre line over C, plus those of both curves.
-    fn bend_in_bore(&self, other: &Other<'_>, part: &Part<'_>, bend: f64) -> f64 {
-        let (Other::Solid { solid, .. }, Some(tube)) = (other, other.tube()) else { return 0.0 };
-        let clearance = tube.radius() - part.radii[0].max(part.radii[1]);
-        if clearance <= 0.0 {
-            return 0.0;
-        }
-        let across = part.ends.map(|[position, slope]| solid.speed_across(tube, position, slope));
-        let fastest = across[0].max(across[1]) + part.bend + 0.5 * bend;
-        fastest * fastest / clearance + part.bend
+    /// The pieces of a part in the bore of a tube, beside which the gap bends by no more than that of the part and this.
+    fn in_tube(&self, other: &Other<'_>, part: &Part<'_>, bend: f64) -> Option<Pieces> {
+        let &Other::Solid { solid, .. } = other else { return None };
+        other.tube().and_then(|tube| InTube { part, solid, tube, bend: part.bend + bend }.pieces())
     }
 
     /// Places at which a part of a curve may come close to another rod although the gaps at its ends do not show it: for each close part

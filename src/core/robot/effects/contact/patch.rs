@@ -36,12 +36,14 @@ fn halves<const N: usize>(line: Line<N>) -> [Line<N>; 2] {
 }
 
 /// Smallest allowed distance along a path that starts at this distance. A path that starts deeper already may cover half of the distance
-/// to the middle; `None` if it starts beyond the middle.
-pub(super) fn deeper(start: f64, deep: f64) -> Option<f64> {
+/// to the surface, from inside to the middle of the solid, which is at a distance of zero or less; `None` if it starts beyond the middle.
+pub(super) fn deeper(start: f64, deep: f64, middle: f64) -> Option<f64> {
     if start >= deep {
         Some(deep)
     } else if start > 0.0 {
         Some(TUNNELLING_OVERLAP * start)
+    } else if start > middle {
+        Some(middle + TUNNELLING_OVERLAP * (start - middle))
     } else {
         None
     }
@@ -63,7 +65,7 @@ pub(super) fn goes_deeper<const N: usize>(
     if !start.comes_nearer(solid, deep, size) {
         return true;
     }
-    deeper(start.least_distance(solid, f64::INFINITY, size), deep).is_some_and(comes_nearer)
+    deeper(start.least_distance(solid, f64::INFINITY, size), deep, -solid.depth()).is_some_and(comes_nearer)
 }
 
 /// The patch between a line at the start and at the end, in space or relative to a moving surface.

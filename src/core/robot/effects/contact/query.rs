@@ -25,13 +25,15 @@ const STRONG_DISSIPATION: f64 = 3.0;
 /// Surfaces rest on each other if their distance changes in a step by less than this part of their overlap.
 const AT_REST: f64 = 1e-2;
 
+/// The overlap beyond which surfaces are sunk into each other: a radius.
+pub(crate) fn largest_valid_overlap(touch: &Touch) -> f64 {
+    let (first, [_, second]) = (touch.contact_point.thickness, touch.contact_point.radii);
+    if second > 0.0 { first.min(second) } else { first }
+}
+
 /// The contact whose surfaces overlap most of those that overlap by more than a radius, and the overlap.
 pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<(usize, f64)> {
-    let is_sunk = |touch: &&Touch| {
-        let (first, [_, second]) = (touch.contact_point.thickness, touch.contact_point.radii);
-        let smallest = if second > 0.0 { first.min(second) } else { first };
-        touch.contact_point.overlap > smallest
-    };
+    let is_sunk = |touch: &&Touch| touch.contact_point.overlap > largest_valid_overlap(touch);
     let sunk = work.effects.contact.touches.iter().filter(is_sunk);
     let deepest = sunk.max_by(|a, b| a.contact_point.overlap.total_cmp(&b.contact_point.overlap));
     if let Some(touch) = deepest {

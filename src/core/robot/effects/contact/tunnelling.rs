@@ -481,7 +481,7 @@ fn have_chords_crossed(line: [Line<2>; 2], other: [Line<2>; 2], radii: f64, meas
     let at = |[before, now]: [Line<2>; 2], x: f64| [0, 1].map(|i| before[i] + (now[i] - before[i]) * x);
     let between = |x: f64| distance_of_segments(at(line, x), at(other, x));
     let start = between(0.0);
-    let Some(deep) = deeper(start, radii - TUNNELLING_OVERLAP * measure) else { return false };
+    let Some(deep) = deeper(start, radii - TUNNELLING_OVERLAP * measure, 0.0) else { return false };
     let mut x = (start - deep + shallow) / fastest;
     while x < 1.0 {
         let left = between(x) - deep;

@@ -29,7 +29,7 @@ use axes::Axes;
 use bores::check_bores;
 use extents::check_extents;
 use stiffness::check_stiffness;
-pub(crate) use stiffness::{OVERLAP, needed_stiffness, of_material, stiffnesses};
+pub(crate) use stiffness::{OVERLAP, default_stiffness, needed_stiffness, of_material, stiffnesses};
 
 /// Sections of a rod do not touch each other if their distance along it is within this multiple of its
 /// largest radius: twice half the circumference of the tightest possible ring.

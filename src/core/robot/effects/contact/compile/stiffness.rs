@@ -46,22 +46,20 @@ pub(crate) fn stiffnesses(robot: &Robot) -> Vec<f64> {
     let known = robot.contacts.iter().any(is_open).then(|| Known::new(robot));
     let stiffness = |contact: &Contact| match (contact.stiffness, &known) {
         (Some(Stiffness::Given(stiffness)), _) => stiffness,
-        (None, Some(known)) if known.is_complete(contact) => {
-            of_material(contact, robot).min(known.of_loads(contact))
-        }
+        (None, Some(known)) => known.default(contact, robot),
         _ => of_material(contact, robot),
     };
     robot.contacts.iter().map(stiffness).collect()
 }
 
-/// The default stiffness of a contact if only the known forces acted, of a single point that at which they cause the overlap of the
-/// default. Infinite without forces.
+/// The stiffness of a contact for which none is given; infinite if nothing is known that limits it.
+pub(crate) fn default_stiffness(robot: &Robot, contact: &Contact) -> f64 {
+    Known::new(robot).default(contact, robot)
+}
+
+/// The default stiffness of a contact if only the known forces acted.
 pub(crate) fn needed_stiffness(robot: &Robot, contact: &Contact) -> f64 {
-    let known = Known::new(robot);
-    match contact.is_spread() {
-        true => of_material(contact, robot).min(known.of_loads(contact)),
-        false => known.at_a_point(contact),
-    }
+    of_material(contact, robot).min(Known::new(robot).of_loads(contact))
 }
 
 /// Rejects contacts of rods without a material whose stiffness does not follow from the loads either.
@@ -92,7 +90,8 @@ pub(crate) fn of_material(contact: &Contact, robot: &Robot) -> f64 {
         let compliances = robot.links[link].rod.iter().filter(|segment| segment.young_modulus > 0.0);
         compliances.map(of_segment).fold(0.0, f64::max)
     };
-    FRAC_PI_4 / rods(contact).map(of_rod).sum::<f64>()
+    // The sum of no numbers is minus zero.
+    FRAC_PI_4 / rods(contact).map(of_rod).fold(0.0, |sum, compliance| sum + compliance)
 }
 
 fn rods(contact: &Contact) -> impl Iterator<Item = usize> {
@@ -132,16 +131,6 @@ struct KnownLoads {
     moment: f64,
     /// Whether forces act that are unknown before a run.
     is_unknown: bool,
-}
-
-/// How known forces press on a contact.
-struct Pressed {
-    /// Newtons.
-    force: f64,
-    /// The overlap that they may cause, metres.
-    overlap: f64,
-    /// Smallest radius of its rods; infinite without rods.
-    radius: f64,
 }
 
 impl KnownLoads {
@@ -203,22 +192,14 @@ impl Known {
         contact.surfaces.iter().filter_map(Surface::link).all(|link| !self.loads[self.roots[link]].is_unknown)
     }
 
-    /// The stiffness at which the overlap is small even if all forces act at one edge; infinite without forces.
+    fn default(&self, contact: &Contact, robot: &Robot) -> f64 {
+        let of_material = of_material(contact, robot);
+        if self.is_complete(contact) { of_material.min(self.of_loads(contact)) } else { of_material }
+    }
+
+    /// The stiffness at which the overlap is small even if all forces act at one edge, or at one place where no rod touches; infinite without
+    /// forces.
     fn of_loads(&self, contact: &Contact) -> f64 {
-        let Pressed { force, overlap, radius } = self.pressed(contact);
-        let stiffness = force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt());
-        if stiffness > 0.0 { stiffness } else { f64::INFINITY }
-    }
-
-    /// The same of surfaces that touch at a point, whose force is proportional to the overlap.
-    fn at_a_point(&self, contact: &Contact) -> f64 {
-        let Pressed { force, overlap, .. } = self.pressed(contact);
-        let stiffness = force / overlap;
-        if stiffness > 0.0 { stiffness } else { f64::INFINITY }
-    }
-
-    /// The largest known force on a contact, and the overlap that it may cause.
-    fn pressed(&self, contact: &Contact) -> Pressed {
         let rods = || rods(contact).map(|link| self.rods[link]);
         let shapes = contact.surfaces.iter().map(|surface| match surface {
             Surface::Ball { radius, .. } => *radius,
@@ -234,7 +215,12 @@ impl Known {
         };
         let bending = rods().map(|rod| BENDING / (rod.length * rod.compliance)).fold(0.0, f64::max);
         let force = largest(KnownLoads::force) + largest(|all| all.moment) / length + bending;
-        Pressed { force, overlap, radius }
+        let stiffness = if contact.is_spread() {
+            force / (OF_PARABOLA * overlap.powf(1.5) * radius.sqrt())
+        } else {
+            force / overlap
+        };
+        if stiffness > 0.0 { stiffness } else { f64::INFINITY }
     }
 }
 

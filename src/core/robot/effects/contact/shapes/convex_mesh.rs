@@ -76,6 +76,13 @@ impl ConvexMesh {
         -self.distance(middle(points)).value
     }
 
+    /// Depth of the mean of the corners of its faces below the surface.
+    pub(crate) fn depth(&self) -> f64 {
+        let corners = self.faces.iter().flat_map(|face| face.corners);
+        let sum = corners.fold(Vector::zero(), |sum, corner| sum + corner);
+        -self.distance(sum * (3.0 * self.faces.len() as f64).recip()).value
+    }
+
     /// Edges as pairs of points, without those between coplanar faces.
     pub(crate) fn edges(&self) -> Vec<[usize; 2]> {
         let mut sides: Vec<([usize; 2], Vector<f64>)> = Vec::new();

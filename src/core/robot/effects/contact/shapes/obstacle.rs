@@ -91,6 +91,19 @@ impl Solid {
         }
     }
 
+    /// Depth of its middle below the surface: zero where there is none between two sides.
+    pub(crate) fn depth(&self) -> f64 {
+        match self {
+            Self::HalfSpace { .. } | Self::HeightField(_) => 0.0,
+            Self::Ball { radius, .. } | Self::Capsule { radius, .. } => *radius,
+            Self::Cuboid { half_extents, radius, .. } => {
+                half_extents.to_array().into_iter().fold(f64::INFINITY, f64::min) + radius
+            }
+            Self::ConvexMesh(mesh) => mesh.depth(),
+            Self::Tube(tube) => tube.deepest(),
+        }
+    }
+
     /// Upper bound of the concave curvature of its surface, per metre; zero for a convex solid. For a tube, the curvature along it.
     pub(crate) fn hollowness(&self) -> f64 {
         match self {
@@ -216,13 +229,14 @@ impl Placed<'_> {
         if let Solid::Tube(tube) = self.solid { Some(tube) } else { None }
     }
 
-    /// Magnitude of the component of a velocity across a tube; see [`Tube::across`].
-    pub(crate) fn speed_across(&self, tube: &Tube, point: Vector<f64>, velocity: Vector<f64>) -> f64 {
-        let across = match self.pose {
-            Some(pose) => tube.across(pose.local_position(point), pose.rotation.apply_transposed(velocity)),
-            None => tube.across(point, velocity),
-        };
-        across.dot(across).sqrt()
+    /// A point in the axes in which it is fixed.
+    pub(crate) fn local_position(&self, point: Vector<f64>) -> Vector<f64> {
+        self.pose.map_or(point, |pose| pose.local_position(point))
+    }
+
+    /// A direction in these axes.
+    pub(crate) fn local_direction(&self, direction: Vector<f64>) -> Vector<f64> {
+        self.pose.map_or(direction, |pose| pose.rotation.apply_transposed(direction))
     }
 
     /// Radius of a body that is round everywhere; zero for others.

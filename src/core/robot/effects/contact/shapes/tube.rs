@@ -25,6 +25,16 @@ pub(crate) struct Tube {
     most_bent: f64,
 }
 
+/// Where a point is relative to a tube.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Location {
+    /// Nearer to the bore than to the outside, between the planes across the ends.
+    Inside,
+    Outside,
+    /// Beyond an end.
+    Beyond(usize),
+}
+
 impl Tube {
     /// The tube around the centre line through points.
     pub(crate) fn new(points: &[Vector<f64>], radius: f64, wall: f64) -> Self {
@@ -115,6 +125,24 @@ impl Tube {
             None => [0, ring / 2, 0],
             Some(end) => [1 + end, ring, 0],
         }
+    }
+
+    /// Where a point is.
+    pub(crate) fn location(&self, point: Vector<f64>) -> Location {
+        let Nearest { way, beyond, .. } = self.line.nearest(point);
+        let is_outside = way.dot(way).sqrt() > self.radius + 0.5 * self.wall;
+        beyond.map_or(if is_outside { Location::Outside } else { Location::Inside }, Location::Beyond)
+    }
+
+    /// Height of a point above the plane across an end.
+    pub(crate) fn height(&self, end: usize, point: Vector<f64>) -> f64 {
+        let [place, outward] = self.ends[end];
+        outward.dot(point - place)
+    }
+
+    /// Direction out of an end.
+    pub(crate) fn outward(&self, end: usize) -> Vector<f64> {
+        self.ends[end][1]
     }
 
     /// The component of a velocity at a point across the centre line; the whole velocity beyond the ends.
