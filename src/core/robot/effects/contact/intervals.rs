@@ -144,12 +144,7 @@ impl<F: Fn(f64) -> (f64, f64), B: Fn(f64) -> f64> Gap<F, B> {
             };
         }
         if a.is_touched == b.is_touched {
-            if search.left == 0 {
-                return;
-            }
-            let between = if a.is_touched { self.opens_at(a, b) } else { self.closes_at(a, b) };
-            if let Some(x) = between {
-                search.left -= 1;
+            if let Some(x) = self.place_between(a, b, search) {
                 let here = Place::new(x, (self.at)(x));
                 self.divide(a, here, search);
                 self.divide(here, b, search);
@@ -161,6 +156,17 @@ impl<F: Fn(f64) -> (f64, f64), B: Fn(f64) -> f64> Gap<F, B> {
         self.divide(a, side(a.is_touched), search);
         search.change(zero.x);
         self.divide(side(b.is_touched), b, search);
+    }
+
+    /// Next place to evaluate between two places of the same sign, if the sign may change between them. Where it probably does is first:
+    /// bounds alone take hundreds of places where a rod lies along a wall that bends as it does. What they leave open after
+    /// [`MOST_STEPS`] is decided by the cubic.
+    fn place_between(&self, a: Place, b: Place, search: &mut Search) -> Option<f64> {
+        let bound = if a.is_touched { self.opens_at(a, b) } else { self.closes_at(a, b) }?;
+        let likely = turning_point(a, b, self.negligible);
+        let is_left = search.left > 0;
+        search.left = search.left.saturating_sub(1);
+        likely.or(is_left.then_some(bound))
     }
 
     /// Next place to evaluate between two places of positive gap: where both lower bounds intersect, if they are negative there.
@@ -205,6 +211,23 @@ impl<F: Fn(f64) -> (f64, f64), B: Fn(f64) -> f64> Gap<F, B> {
         let t = bracket::root(guess([a, b]), rising);
         Place { x: a.x + way * t, value: 0.0, slope: last.get(), is_touched: false }
     }
+}
+
+/// The place between two places of the same sign at which the cubic through their values and slopes is farthest on the other side, by more
+/// than a negligible gap.
+fn turning_point(a: Place, b: Place, negligible: f64) -> Option<f64> {
+    let (way, rise) = (b.x - a.x, b.value - a.value);
+    if !rise.is_finite() {
+        return None;
+    }
+    let sign = if a.is_touched { -1.0 } else { 1.0 };
+    let [start, end] = [a.slope * way, b.slope * way];
+    let (bend, growth) = (3.0 * rise - 2.0 * start - end, start + end - 2.0 * rise);
+    // Its slope is start + 2 bend t + 3 growth t^2; at the turning point that is a minimum of the sign times the cubic, it grows.
+    let root = (bend * bend - 3.0 * growth * start).sqrt();
+    let t = -start / (bend + sign * root);
+    let value = a.value + (start + (bend + growth * t) * t) * t;
+    (t > 0.0 && t < 1.0 && sign * value < -negligible).then(|| a.x + inside(t * way, way))
 }
 
 /// Fraction of the way between two places of different signs at which the cubic through their values and slopes vanishes; the middle where
@@ -289,5 +312,32 @@ mod tests {
         };
         let [[from, _], [later, to]] = [found(&edge), found(&hidden)];
         assert!((from - 0.3).abs() < 1e-13 && (later - 0.1_f64.sqrt()).abs() < 1e-13 && to == 1.0);
+    }
+
+    /// A rod lies along a wall that bends as it does: the bound adds both bends, of which next to nothing is left.
+    #[test]
+    fn shallow_intervals_are_found_however_pessimistic_the_bound() {
+        for (i, sign) in [1.0, -1.0].into_iter().enumerate() {
+            for middle in [0.11, 0.47, 0.8] {
+                for half in [0.3, 0.03, 0.003] {
+                    let gap = |x: f64| {
+                        let from = x - middle;
+                        let steep = 1e-5 * (1.0 + 0.3 * from);
+                        let slope = steep * 2.0 * from + 0.3e-5 * (from * from - half * half);
+                        (sign * steep * (from * from - half * half), sign * slope)
+                    };
+                    let found =
+                        Gap { at: gap, bend: |_| 5e-3, negligible: 1e-13 }.touched([gap(0.0), gap(1.0)], &[]);
+                    let inner = [(middle - half).max(0.0), (middle + half).min(1.0)];
+                    let outer = [[0.0, inner[0]], [inner[1], 1.0]].into_iter().filter(|[from, to]| to > from);
+                    let expected: Vec<[f64; 2]> = if sign > 0.0 { vec![inner] } else { outer.collect() };
+                    let found = found.as_slice();
+                    assert_eq!(found.len(), expected.len(), "{i} {middle} {half}: {found:?}");
+                    for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+                        assert!((found - expected).abs() < 1e-9, "{i} {middle} {half}: {found} {expected}");
+                    }
+                }
+            }
+        }
     }
 }
