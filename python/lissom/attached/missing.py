@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from .._lissom import ModesResult, MotionResult, Simulation, StaticsResult
-from ..common.elsewhere import no_attribute
 
 _ENERGY = "`balance` has the energies: `balance.total`, `balance.kinetic` and so on"
 _FILM = "`animate(path)` writes a film: .gif, .mp4 or .webm"
@@ -77,4 +76,6 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
 
 def of_attribute(self: Any, name: str) -> Any:
     """Explain what to use instead of a missing attribute."""
+    from ..common.elsewhere import no_attribute
+
     no_attribute(self, name, INSTEAD.get(type(self), {}))
