@@ -480,7 +480,9 @@ impl<'a> Search<'a> {
                 return Ok(if is_finite { Ended::WithoutPotential } else { Ended::NonFinite });
             };
             let is_pressed = !self.shape.contact_force.is_empty() && so_far.damping == 0.0;
+            // What balances to rounding may be a saddle, which is left below.
             if so_far.last < ROUNDING_OF_STEPS
+                && error > BALANCED_TO_ROUNDING
                 && (error < if is_pressed { NEARLY_EQUILIBRIUM } else { ROUNDING_OF_FORCES }
                     || local.next(&self.scale.metric(1.0)) < ROUNDING_OF_STEPS)
             {
