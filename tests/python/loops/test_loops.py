@@ -859,5 +859,5 @@ def test_what_is_at_rest_does_not_keep_a_collision_from_converging():
     assert collision.success
     assert beside.success
     assert collision.deepest.share > 0.01
-    assert beside.stats.njev <= collision.stats.njev
+    assert beside.stats.njev <= 2 * collision.stats.njev
     assert_allclose(beside.q[-1, of_whip], collision.q[-1], rtol=1e-6, atol=1e-9)

@@ -121,6 +121,19 @@ impl Saddle {
         }
     }
 
+    /// By how much a change of coordinates by their `sizes` changes the gap of a row; zero if it was dependent at the last factorisation.
+    pub fn reach(&self, row: usize, sizes: &[f64]) -> f64 {
+        if !self.independent.is_independent(row) {
+            return 0.0;
+        }
+        sizes
+            .iter()
+            .enumerate()
+            .map(|(k, size)| (self.constraints[(row, k)] * size).powi(2))
+            .sum::<f64>()
+            .sqrt()
+    }
+
     /// The largest remaining gap of rows that were dependent at the last factorisation, after `change` is subtracted from the
     /// coordinates, in units of `sizes`.
     pub fn left_open(&self, gaps: &[f64], change: &[f64], sizes: &[f64]) -> f64 {

@@ -188,6 +188,8 @@ pub(super) struct Corrector<V> {
     /// Root mean square of the displacements by the increment, in units of typical sizes.
     moved: f64,
     gap_sizes: Vec<f64>,
+    /// What may be rounding of each gap, by the Jacobian.
+    gap_roundings: Vec<f64>,
     /// The gaps of dependent rows, in units of sizes, where the Jacobian was evaluated.
     left_open: f64,
     /// Displacement by a unit acceleration, in units of the coordinate's size ([`Self::set_displacements`]).
@@ -236,6 +238,7 @@ impl<V: Numbers> Corrector<V> {
             is_at_rest: false,
             moved: 0.0,
             gap_sizes: Vec::new(),
+            gap_roundings: Vec::new(),
             left_open: 0.0,
             displacements: V::zeros(n),
             judged: V::zeros(n),
@@ -258,6 +261,7 @@ impl<V: Numbers> Corrector<V> {
             *inverse = if *size > 0.0 { size.recip() } else { 1.0 };
         }
         self.gap_sizes.clone_from(&system.facts().gap_sizes);
+        self.gap_roundings = vec![0.0; self.gap_sizes.len()];
         let unknowns = n + system.facts().constraints();
         // Multipliers move nothing.
         self.inverse_sizes.lengthen(unknowns);
@@ -307,8 +311,11 @@ impl<V: Numbers> Corrector<V> {
         }
         if self.kept.is_some() {
             self.linear.serialise(tape);
-            if tape.reads() && self.linear.factorise().is_err() {
-                self.kept = None;
+            if tape.reads() {
+                match self.linear.factorise() {
+                    Ok(()) => self.find_gap_roundings(),
+                    Err(_) => self.kept = None,
+                }
             }
         }
         self.contraction.serialise(tape);
@@ -350,6 +357,7 @@ impl<V: Numbers> Corrector<V> {
         let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
         if !is_kept {
             self.kept = None;
+            self.gap_roundings.fill(0.0);
         }
         if (V::IS_PLAIN || !self.is_at_rest) && (is_kept || self.reuse && !self.might_touch) {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
@@ -550,7 +558,7 @@ impl<V: Numbers> Corrector<V> {
         counters.nfev += 1;
         counters.newton_iterations += 1;
         system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
-        per_acceleration(trial, &self.gap_sizes, &mut self.residual);
+        per_acceleration(trial, &self.gap_roundings, &mut self.residual);
         Ok(())
     }
 
@@ -584,6 +592,17 @@ impl<V: Numbers> Corrector<V> {
         }
         let left = self.left_open(trial);
         left > ROUNDING_OF_GAPS.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
+    }
+
+    /// Finds what may be rounding of gaps: of an independent row no more than what coordinates close by spacings of their own. Clamps of a
+    /// straight rod hardly turn its end where it hardly bends, and closing a spacing bends it visibly.
+    fn find_gap_roundings(&mut self) {
+        let Self { linear: LinearSystem::Saddle(saddle), gap_roundings, gap_sizes, sizes, .. } = self else {
+            return;
+        };
+        for (row, (rounding, size)) in gap_roundings.iter_mut().zip(gap_sizes.iter()).enumerate() {
+            *rounding = ROUNDING_OF_GAPS * saddle.reach(row, sizes).min(*size);
+        }
     }
 
     /// The largest remaining gap after the increment at `trial`, in rows that the Jacobian leaves out.
@@ -621,6 +640,7 @@ impl<V: Numbers> Corrector<V> {
         if let Err(failure) = self.linear.factorise() {
             return Ok(Err(failure));
         }
+        self.find_gap_roundings();
         self.compute_increment();
         self.left_open = self.left_open(trial);
         Ok(Ok(()))
@@ -683,7 +703,7 @@ impl<V: Numbers> Corrector<V> {
         trial.subtract(&self.increment);
         counters.nfev += 1;
         system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
-        per_acceleration(trial, &self.gap_sizes, &mut self.residual);
+        per_acceleration(trial, &self.gap_roundings, &mut self.residual);
         self.compute_increment();
         self.moved = moved;
         trial.set(&self.place);
@@ -775,10 +795,10 @@ fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
 /// Scales constraints on displacements to constraints on accelerations, so that the size of the equations does not depend on the step
 /// size (Bottasso, Dopico and Trainelli 2008). What may be rounding of a gap is left out: an increment that closes one spacing opens another
 /// on the other side, over and over.
-fn per_acceleration<V: Numbers>(trial: &Trial<V>, gap_sizes: &[f64], residual: &mut [f64]) {
+fn per_acceleration<V: Numbers>(trial: &Trial<V>, roundings: &[f64], residual: &mut [f64]) {
     let [of_displacement, ..] = trial.weights;
-    for (gap, size) in residual[trial.q.len()..].iter_mut().zip(gap_sizes) {
-        let rounding = (ROUNDING_OF_GAPS * size).min(gap.abs());
+    for (gap, rounding) in residual[trial.q.len()..].iter_mut().zip(roundings) {
+        let rounding = rounding.min(gap.abs());
         *gap = (*gap - rounding.copysign(*gap)) / of_displacement;
     }
 }
