@@ -524,8 +524,13 @@ pub(crate) fn symmetric_of<const N: usize>(value: &Bound<'_, PyAny>, name: &str)
     };
     if let Some(number) = number_if_one(value, name)? {
         let found = describe(value);
+        let all = match N {
+            // Their units differ.
+            6 => "they are GJ, EI_y, EI_z, EA, GA_y and GA_z".to_owned(),
+            _ => format!("equal ones are ({number},) * {N}"),
+        };
         return Err(PyTypeError::new_err(format!(
-            "{name}: expected shape ({N},) or ({N}, {N}), got {found}; equal ones are ({number},) * {N}"
+            "{name}: expected shape ({N},) or ({N}, {N}), got {found}; {all}"
         )));
     }
     match matrix_of(value, (N, N), name) {

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from .._lissom import (
     jacobian,
 )
 from ..common.arguments import flag, sequence, suggesting
+from ..common.elsewhere import no_attribute
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
 from .measured import readings, sensors_of
@@ -31,6 +32,25 @@ if TYPE_CHECKING:
     from ..common.arguments import Inputs
 
 Array = NDArray[np.float64]
+
+_CONTROL = "`control.ss(*linear)` makes a system of the package `control`, which has this"
+
+#: What to use in place of attributes that a linear model does not have.
+INSTEAD: Mapping[str, str] = {
+    **dict.fromkeys(
+        ("c2d", "discretize", "discretise", "sample", "to_discrete"), "`discrete(dt)` samples it"
+    ),
+    **dict.fromkeys(
+        ("to_ss", "ss", "to_statespace"), "`control.ss(*linear)` or `scipy.signal.StateSpace(*linear)`"
+    ),
+    **dict.fromkeys(
+        ("lqr", "place", "dlqr"), "`control.lqr(linear.A, linear.B, Q, R)` and others take its matrices"
+    ),
+    **dict.fromkeys(
+        ("bode", "nyquist", "step", "impulse", "transfer_function", "tf", "frequency_response"), _CONTROL
+    ),
+    **dict.fromkeys(("dcgain", "poles", "zeros", "damp", "simulate", "lsim"), _CONTROL),
+}
 
 #: Axes of the world.
 AXES = "xyz"
@@ -81,6 +101,11 @@ class LinearModel:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     dt: float | None = None
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> NoReturn:
+            no_attribute(self, name, INSTEAD)
 
     def __repr__(self) -> str:
         when = "" if self.dt is None else f", sampled every {self.dt:g} s"

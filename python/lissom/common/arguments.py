@@ -91,7 +91,7 @@ def _stand_ins(function: str, given: Iterable[str], missing: Iterable[str]) -> N
 
 def _too_many(function: str, given: int, parameters: Sequence[inspect.Parameter]) -> None:
     """Raise TypeError for more positional arguments than a function takes, with the names of the others."""
-    own = [each.name for each in parameters if each.kind is not each.KEYWORD_ONLY]
+    own = [e.name for e in parameters if e.kind in (e.POSITIONAL_ONLY, e.POSITIONAL_OR_KEYWORD)]
     first = [name for name in own if name != "self"]
     given -= len(own) - len(first)
     others = [each.name for each in parameters if each.kind is each.KEYWORD_ONLY]

@@ -38,13 +38,25 @@ NAMES: Mapping[str, str] = {
     "bisect": "root",
     "curve_fit": "fit",
     "identify": "fit",
-    "minimize": "fit",
+    "inverse_kinematics": "actuate",
+    "workspace": "statics_many",
+    "buckling": "continuation",
+    "load_urdf": "Robot.from_urdf",
+    "from_urdf": "Robot.from_urdf",
+    "buildModelFromUrdf": "Robot.from_urdf",
+    "MjModel": "Robot",
+    "forward_kinematics": "Robot.pose",
+    "rnea": "Robot.inverse_dynamics",
+    "aba": "Robot.forward_dynamics",
+    "crba": "Robot.mass_matrix",
+    "gravity_compensation": "Robot.inverse_dynamics",
     "equilibrium": "statics",
     "eigenmodes": "modes",
     "Beam": "Rod",
     "CosseratRod": "Rod",
     "Spring": "Support",
-    "Cable": "Tendon",
+    "Cable": "Rod",
+    "Rope": "Rod",
     "Wire": "Rod",
     "Force": "Load",
     "Gravity": "Robot",
@@ -58,6 +70,20 @@ NAMES: Mapping[str, str] = {
     "Fixed": "Weld",
     "Muscle": "Chamber",
     "Material": "Segment",
+}
+
+
+#: What other packages have, by names.
+OTHERS: Mapping[str, str] = {
+    **dict.fromkeys(
+        ("lqr", "dlqr", "place", "kalman", "lqe"),
+        "`control.lqr(*linear, Q, R)` takes what lissom.linearise returns",
+    ),
+    **dict.fromkeys(
+        ("minimize", "minimise", "fmin"), "SciPy has it; lissom.actuate finds inputs, lissom.fit parameters"
+    ),
+    **dict.fromkeys(("quad", "interp1d", "CubicSpline"), "SciPy has it"),
+    "plot": "results have `plot()`, `picture(path)` and `report(path)`",
 }
 
 
@@ -101,6 +127,8 @@ def of_package(name: str, known: Iterable[str]) -> str:
     """What to use in place of a name of the package; empty if there is nothing like it."""
     if name in NAMES:
         return f"; use lissom.{NAMES[name]}"
+    if name in OTHERS:
+        return f"; {OTHERS[name]}"
     from .._lissom import did_you_mean, meant
 
     if name.lower() in MATERIALS:
