@@ -12,6 +12,7 @@
 //! displacements by the increments.
 
 mod fresh;
+mod gaps;
 mod softer_contacts;
 
 use super::contraction::Contraction;
@@ -55,21 +56,6 @@ const ONE_CHANGES: f64 = 0.01;
 /// After an increment of more than this part of the accelerations, tolerances are relative to the new ones: at the start from rest,
 /// accelerations may be zero.
 const FAR: f64 = 0.1;
-
-/// Gaps below this part of their sizes are rounding, which adds up along the chain of sections that they join: a rod of ten segments has
-/// eight spacings.
-const ROUNDING_OF_GAPS: f64 = 64.0 * f64::EPSILON;
-
-/// Constraint rows that were dependent where the Jacobian was evaluated may be independent at the trial: clamps at both ends of a
-/// straight rod resist twist as soon as it bends. Their gaps are then larger than [`ROUNDING_OF_GAPS`], and
-/// than the gaps that an increment leaves in dependent rows: its size times the distance from the Jacobian's state, times second
-/// derivatives of gaps in units of sizes, of order one, summed over coordinates. Rods between clamps under an impact have the same
-/// motion with 0.1 to 64; with 1000, opening gaps are missed.
-const CURVATURE: f64 = 16.0;
-
-/// Gaps of rows that remain dependent at the trial cannot be closed; they are ignored unless they grow by this factor. Rounding changes
-/// them by less; with 1 to 100 the same rods take the same iterations.
-const WIDER: f64 = 2.0;
 
 /// Steps are similar if their first increments differ by at most this fraction. A Jacobian that jumps (contact, dry friction) causes a
 /// larger difference.
@@ -188,8 +174,9 @@ pub(super) struct Corrector<V> {
     /// Root mean square of the displacements by the increment, in units of typical sizes.
     moved: f64,
     gap_sizes: Vec<f64>,
-    /// What may be rounding of each gap, by the Jacobian.
+    /// What may be rounding of each gap, by the Jacobian, and the number of increments in the solve before the residual was evaluated.
     gap_roundings: Vec<f64>,
+    increments: usize,
     /// The gaps of dependent rows, in units of sizes, where the Jacobian was evaluated.
     left_open: f64,
     /// Displacement by a unit acceleration, in units of the coordinate's size ([`Self::set_displacements`]).
@@ -239,6 +226,7 @@ impl<V: Numbers> Corrector<V> {
             moved: 0.0,
             gap_sizes: Vec::new(),
             gap_roundings: Vec::new(),
+            increments: 0,
             left_open: 0.0,
             displacements: V::zeros(n),
             judged: V::zeros(n),
@@ -357,7 +345,6 @@ impl<V: Numbers> Corrector<V> {
         let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
         if !is_kept {
             self.kept = None;
-            self.gap_roundings.fill(0.0);
         }
         if (V::IS_PLAIN || !self.is_at_rest) && (is_kept || self.reuse && !self.might_touch) {
             if self.with_kept_jacobian(system, trial, [guess, last], h, counters)?.is_ok() {
@@ -413,6 +400,7 @@ impl<V: Numbers> Corrector<V> {
         // Size of the first increment, and whether it is similar to that of the last step.
         let mut first = None;
         for iteration in 0..MAX_ITERATIONS {
+            self.increments = iteration;
             self.evaluate_residual(system, trial, counters)?;
             cost += 1.0;
             let mut size = f64::NAN;
@@ -558,7 +546,7 @@ impl<V: Numbers> Corrector<V> {
         counters.nfev += 1;
         counters.newton_iterations += 1;
         system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
-        per_acceleration(trial, &self.gap_roundings, &mut self.residual);
+        self.scale_gaps(trial);
         Ok(())
     }
 
@@ -582,47 +570,6 @@ impl<V: Numbers> Corrector<V> {
         self.first_size = first_size;
         std::mem::swap(&mut self.first, &mut self.last_first);
         self.count_step(cost);
-    }
-
-    /// Whether constraints are open at `trial`, where the residual has been evaluated, whose rows the Jacobian leaves out as dependent, so
-    /// that the increment does not close them.
-    fn misses_open_constraints(&self, trial: &Trial<V>) -> bool {
-        if V::IS_PLAIN || self.gap_sizes.is_empty() {
-            return false;
-        }
-        let left = self.left_open(trial);
-        left > ROUNDING_OF_GAPS.max(WIDER * self.left_open) && left > self.left_by_dependent_rows(trial)
-    }
-
-    /// Finds what may be rounding of gaps: of an independent row no more than what coordinates close by spacings of their own. Clamps of a
-    /// straight rod hardly turn its end where it hardly bends, and closing a spacing bends it visibly.
-    fn find_gap_roundings(&mut self) {
-        let Self { linear: LinearSystem::Saddle(saddle), gap_roundings, gap_sizes, sizes, .. } = self else {
-            return;
-        };
-        for (row, (rounding, size)) in gap_roundings.iter_mut().zip(gap_sizes.iter()).enumerate() {
-            *rounding = ROUNDING_OF_GAPS * saddle.reach(row, sizes).min(*size);
-        }
-    }
-
-    /// The largest remaining gap after the increment at `trial`, in rows that the Jacobian leaves out.
-    fn left_open(&self, trial: &Trial<V>) -> f64 {
-        let LinearSystem::Saddle(saddle) = &self.linear else { return 0.0 };
-        let [of_displacement, ..] = trial.weights;
-        let gaps = &self.residual[trial.q.len()..];
-        of_displacement * saddle.left_open(gaps, &self.increment, &self.gap_sizes)
-    }
-
-    /// Bound of the gaps that the increment leaves in dependent rows, because their dependence was slightly different where the Jacobian
-    /// was evaluated.
-    fn left_by_dependent_rows(&self, trial: &Trial<V>) -> f64 {
-        let [reach, ..] = trial.weights;
-        let (mut moved, mut distance) = (0.0, 0.0);
-        for (i, size) in self.sizes.iter().enumerate() {
-            moved += (reach * self.increment[i] / size).powi(2);
-            distance += ((trial.q[i] - self.q_jacobian[i]) / size).powi(2);
-        }
-        CURVATURE * (moved * distance).sqrt()
     }
 
     /// Evaluates and factorises the Jacobian at a trial whose residual has been evaluated, and computes the increment.
@@ -703,7 +650,7 @@ impl<V: Numbers> Corrector<V> {
         trial.subtract(&self.increment);
         counters.nfev += 1;
         system.residual(trial.t, &trial.q, &trial.v, trial.accelerations(), &mut self.residual)?;
-        per_acceleration(trial, &self.gap_roundings, &mut self.residual);
+        self.scale_gaps(trial);
         self.compute_increment();
         self.moved = moved;
         trial.set(&self.place);
@@ -790,15 +737,4 @@ impl<V: Numbers> Corrector<V> {
 /// displacements.
 fn larger_rate(of_size: f64, [last_moved, moved]: [f64; 2]) -> f64 {
     if moved > SPACINGS.max(of_size * last_moved) { moved / last_moved } else { of_size }
-}
-
-/// Scales constraints on displacements to constraints on accelerations, so that the size of the equations does not depend on the step
-/// size (Bottasso, Dopico and Trainelli 2008). What may be rounding of a gap is left out: an increment that closes one spacing opens another
-/// on the other side, over and over.
-fn per_acceleration<V: Numbers>(trial: &Trial<V>, roundings: &[f64], residual: &mut [f64]) {
-    let [of_displacement, ..] = trial.weights;
-    for (gap, rounding) in residual[trial.q.len()..].iter_mut().zip(roundings) {
-        let rounding = rounding.min(gap.abs());
-        *gap = (*gap - rounding.copysign(*gap)) / of_displacement;
-    }
 }

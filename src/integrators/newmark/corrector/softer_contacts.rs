@@ -72,6 +72,7 @@ impl<V: Numbers> Corrector<V> {
         counters: &mut Counters,
     ) -> Solved {
         let n = trial.q.len();
+        self.increments = 0;
         self.evaluate_residual(system, trial, counters)?;
         for _ in 0..MAX_SOFT_ITERATIONS {
             if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
