@@ -96,10 +96,8 @@ class Peak:
 
     def __str__(self) -> str:
         place = "" if self.X is None else f" at X = {self.X:.4g} m"
-        limit = "" if self.limit is None else self._sized(self.limit)
-        is_beyond = self.share is not None and self.share > 1.0
-        said = f", beyond its limit of {limit}," if is_beyond else f", {limit} is allowed,"
-        allowed = said if limit else ""
+        only = "only " if self.share is not None and self.share > 1.0 else ""
+        allowed = "" if self.limit is None else f", {only}{self._sized(self.limit)} is allowed,"
         when = "" if self.is_at_rest else f", t = {self.t:.6g} s"
         value = f"{self._sized(self.value)}{allowed}{place}{when}".removesuffix(",")
         return f"{self.quantity} of {self.part}: {value}"

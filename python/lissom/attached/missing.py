@@ -125,7 +125,7 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
         "run": "`step(u, duration)` goes on, `lissom.simulate` makes a whole run",
         "dt": "the step is that of the call",
         **dict.fromkeys(
-            ("set_state", "reset", "set", "state"),
+            ("set_state", "set"),
             "`lissom.Simulation(model, q0=q, v0=v, t0=t)` begins elsewhere",
         ),
     },

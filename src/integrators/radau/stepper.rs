@@ -67,10 +67,7 @@ impl Stepper {
         let tolerances = options.check(n, t_span, q0, v0)?;
         let (t0, t_end) = t_span;
         let any_step = if t_end > t0 { t_end - t0 } else { 1.0 };
-        // Accelerations at the start do not depend on a step. Its tolerance of accelerations near zero would.
-        let of_start =
-            newmark::Options { atol: Some(newmark::ATOL.into()), ..newmark::Options::new(any_step) };
-        let initial = newmark::Stepper::new(n, t_span, q0, v0, &of_start)?;
+        let initial = newmark::Stepper::new(n, t_span, q0, v0, &newmark::Options::new(any_step))?;
         let smallest_rtol = tolerances.rtol.iter().copied().fold(1.0, f64::min);
         let zeros = vec![0.0; n];
         Ok(Self {

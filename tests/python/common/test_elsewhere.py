@@ -6,9 +6,9 @@ import pickle
 import pytest
 
 import lissom
-from lissom.analysis import many
+from lissom.analysis import linear, many
 from lissom.attached.missing import INSTEAD
-from lissom.common.elsewhere import NAMES, READ, WRITTEN
+from lissom.common.elsewhere import NAMES, OTHERS, READ, WRITTEN
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -17,6 +17,13 @@ def test_names_of_other_programs_lead_to_names_that_exist(name):
     assert hasattr(lissom, NAMES[name])
     with pytest.raises(AttributeError, match=f"no attribute '{name}'; use lissom.{NAMES[name]}$"):
         getattr(lissom, name)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_names_of_other_programs_lead_to_calls(name):
+    with pytest.raises(AttributeError) as caught:
+        getattr(lissom, name)
+    assert str(caught.value) == f"module 'lissom' has no attribute {name!r}; {OTHERS[name]}"
 
 
 def test_misspelt_names_are_answered_with_the_right_ones():
@@ -32,7 +39,16 @@ def rod():
     return lissom.Rod([lissom.Segment(0.2, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 2})])
 
 
+def arm():
+    return lissom.Robot([lissom.Link("arm", rod=[rod().segments[0]])])
+
+
 MADE = {
+    lissom.Rod: rod,
+    lissom.Robot: arm,
+    lissom.LinearModel: lambda: lissom.linearise(
+        rod(), [0.0, 0.0], "tip_force_z", "tip_position_z", held=True
+    ),
     lissom.MotionResult: lambda: lissom.simulate(rod(), 0.02),
     lissom.StaticsResult: lambda: lissom.statics(rod()),
     lissom.ModesResult: lambda: lissom.modes(rod(), [0.0, 0.0]),
@@ -42,7 +58,7 @@ MADE = {
 
 
 #: What to use, also of classes that are written in Python.
-ALL = {**INSTEAD, lissom.EquilibriaResult: many.INSTEAD}
+ALL = {**INSTEAD, lissom.EquilibriaResult: many.INSTEAD, lissom.LinearModel: linear.INSTEAD}
 
 
 @pytest.mark.parametrize("kind", ALL)

@@ -58,8 +58,7 @@ impl<V: Numbers> Corrector<V> {
         friction: Friction,
         counters: &mut Counters,
     ) -> Solved {
-        self.kept = None;
-        self.increments = 0;
+        (self.kept, self.increments) = (None, 0);
         self.evaluate_residual(system, trial, counters)?;
         let (mut length, mut renew, mut first) = (0.0, true, f64::INFINITY);
         let (mut jacobians, mut is_full) = (0, false);
@@ -95,8 +94,7 @@ impl<V: Numbers> Corrector<V> {
             }
             self.start.copy_from_slice(&trial.a);
             self.direction.copy_from_slice(&self.increment);
-            length = 1.0;
-            self.increments = iteration + 1;
+            (length, self.increments) = (1.0, iteration + 1);
             let along = Along { size, moved, is_fresh: renew };
             let [next_size, next_moved] =
                 match self.search(system, trial, h, along, &mut length, &mut is_full, counters)? {

@@ -668,13 +668,17 @@ impl<V: Numbers> Corrector<V> {
     }
 
     /// Computes displacements by unit accelerations in a step, or by the velocities that they cause, in units of the larger one of a
-    /// coordinate and its typical size; if that is unknown, of the largest coordinate.
+    /// coordinate and its typical size; if that is unknown, of the largest coordinate. At the start, where a step of any length may
+    /// follow, in units of the largest one of all in its size.
     fn set_displacements(&mut self, trial: &Trial<V>, h: f64) {
         let reach = self.reach;
         let moved = |i: usize| trial.q[i].abs().max(h * trial.v[i].abs()).max(reach * trial.a[i].abs());
         let largest = (0..trial.q.len()).map(moved).fold(0.0, f64::max);
+        let is_start = trial.weights[..2] == [0.0; 2];
+        let in_sizes = self.sizes.iter().enumerate().filter(|(_, size)| is_start && **size > 0.0);
+        let farthest = in_sizes.map(|(i, size)| moved(i) / size).fold(1.0, f64::max);
         for (i, (to, size)) in self.displacements.iter_mut().zip(self.sizes.iter()).enumerate() {
-            let size = if *size > 0.0 { moved(i).max(*size) } else { largest };
+            let size = if *size > 0.0 { moved(i).max(farthest * *size) } else { largest };
             *to = reach / size.max(SMALLEST_TOLERANCE);
         }
     }
