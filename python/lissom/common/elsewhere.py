@@ -80,10 +80,10 @@ OTHERS: Mapping[str, str] = {
     "from_urdf": "`lissom.Robot.from_urdf(path)` reads robots",
     "buildModelFromUrdf": "`lissom.Robot.from_urdf(path)` reads robots",
     "forward_kinematics": "`model.pose(q)` has the pose of the tip",
-    "rnea": "`model.inverse_dynamics(q, v, a)` has what holds a posture, where v and a are zero",
+    "rnea": "`model.inverse_dynamics(q, v, a)` has what holds a posture if v and a are zero",
     "aba": "`model.forward_dynamics(q, v)` has accelerations",
     "crba": "`model.mass_matrix(q)`",
-    "gravity_compensation": "`model.inverse_dynamics(q, v, a)` has what holds a posture, where v and a are zero",
+    "gravity_compensation": "`model.inverse_dynamics(q, v, a)` has what holds a posture if v and a are zero",
 }
 
 
