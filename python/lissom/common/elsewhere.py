@@ -69,7 +69,8 @@ NAMES: Mapping[str, str] = {
 OTHERS: Mapping[str, str] = {
     **dict.fromkeys(
         ("lqr", "dlqr", "place", "kalman", "lqe"),
-        "`control.lqr(*linear, Q, R)` takes what lissom.linearise returns",
+        "`control` and SciPy take the matrices of `linear = lissom.linearise(...)`: "
+        "`control.lqr(linear.A, linear.B, Q, R)`",
     ),
     **dict.fromkeys(
         ("minimize", "minimise", "fmin"), "SciPy has it; lissom.actuate finds inputs, lissom.fit parameters"

@@ -147,8 +147,8 @@ impl Simulation {
 const STEPS_OF_A_PERIOD: f64 = 100.0;
 
 /// Computes the free motion of `model` from `q0`, `v0` over `t_span`. `t_eval` are the increasing times of
-/// the result. `monitor` is called with the time after every accepted step and may stop the run; the status
-/// then says so. Inputs keep their defaults.
+/// the result. `monitor` is called with the time after every accepted step, and with that of its start within a step of many
+/// evaluations. It may stop the run; the status then says so. Inputs keep their defaults.
 ///
 /// Fails before any evaluation if an argument is invalid, if the model does not resolve `q0`, or if the
 /// result would not fit in memory.
