@@ -64,6 +64,8 @@ pub(crate) enum Kind {
     WithMemory,
     /// Without inertia, to an equilibrium.
     WithoutInertia,
+    /// The same, along a way on which nothing has passed through a surface.
+    Downhill,
     /// By the backward Euler method, in which colliding bodies do not rebound.
     WithoutMemory,
     /// By the backward Euler method, after shorter steps have failed too.
@@ -160,7 +162,7 @@ impl Unilateral {
                 has_contact && model.gains_energy(ends.before(), ends.after(), ends.h, GainCheck::Kinetic)
             }
             Kind::WithMemory => self.is_unresolved(model, ends)?,
-            Kind::WithoutInertia | Kind::WithoutMemory | Kind::Last => false,
+            Kind::WithoutInertia | Kind::Downhill | Kind::WithoutMemory | Kind::Last => false,
         };
         if is_unresolved {
             return Ok(Diagnosis::Unresolved);
@@ -175,6 +177,7 @@ impl Unilateral {
             return Ok(Diagnosis::Invalid);
         }
         if has_contact
+            && kind != Kind::Downhill
             && (have_tunnelled(model, ends.way(q), Radius::Smaller)?
                 || matches!(kind, Kind::WithMemory | Kind::WithoutMemory)
                     && model.is_touched()
@@ -185,7 +188,7 @@ impl Unilateral {
         let explodes = match kind {
             Kind::WithoutMemory => self.gains_energy(model, ends, GainCheck::Mechanical)?,
             Kind::Last => self.gains_energy(model, ends, GainCheck::Explosion)?,
-            Kind::Adaptive { .. } | Kind::WithMemory | Kind::WithoutInertia => false,
+            Kind::Adaptive { .. } | Kind::WithMemory | Kind::WithoutInertia | Kind::Downhill => false,
         };
         Ok(if explodes { Diagnosis::Explodes } else { Diagnosis::Valid })
     }

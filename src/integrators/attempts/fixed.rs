@@ -41,6 +41,9 @@ pub(crate) trait Fixed: Stepper + Clone {
         memory: Memory,
     ) -> Solved;
 
+    /// Attempts a step without inertia to the equilibrium downhill from its start, without passing through surfaces on the way there.
+    fn try_downhill<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved;
+
     /// Announces parts of a step, of different sizes.
     fn begin_parts(&mut self);
 
@@ -135,17 +138,33 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
     fn step_without_inertia(&mut self, t_new: f64, h: f64) -> Solved {
         // 1. To the nearby equilibrium.
         let Err(failure) = self.part(t_new, h, Memory::Kept)? else { return Ok(Ok(())) };
-        // 2. In parts.
+        // 2. To the one downhill, where a contact begins or the shape snaps (`test_catheters_end_each_step_in_equilibrium`).
+        if self.downhill(t_new, h)?.is_ok() {
+            return Ok(Ok(()));
+        }
+        // 3. In parts.
         if self.in_parts(t_new, Memory::Kept, MOST_HALVINGS)?.is_ok() {
             return Ok(Ok(()));
         }
-        // 3. If there is none, the shape snaps to another one, or falls until something holds it: parts with inertia, by the backward
+        // 4. If there is none, the shape snaps to another one, or falls until something holds it: parts with inertia, by the backward
         // Euler method, which removes the energy (`test_static_friction_lets_go`, `test_what_snaps_goes_over_to_the_next_equilibrium`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS_OF_SNAPS)?.is_ok() {
             self.unilateral().record_snap(t_new);
             return Ok(Ok(()));
         }
         Ok(Err(failure))
+    }
+
+    fn downhill(&mut self, t_new: f64, h: f64) -> Solved {
+        if let Err(failure) = self.stepper.try_downhill(self.system, t_new, h)? {
+            return Ok(Err(failure));
+        }
+        let (ends, unilateral) = self.stepper.tried();
+        if unilateral.diagnose(model_of(self.system), &ends, Kind::Downhill)? != Diagnosis::Valid {
+            return Ok(Err(Failure::NotConverged));
+        }
+        self.accept()?;
+        Ok(Ok(()))
     }
 
     fn unilateral(&mut self) -> &mut Unilateral {

@@ -272,3 +272,31 @@ def test_what_has_no_meaning_without_inertia_is_refused():
         lissom.simulate(crank(1.0), 1.0, dt=0.1, method="quasi_static", rho_inf=0.5)
     with pytest.raises(ValueError, match="method"):
         lissom.sensitivity(crank(1.0), 1.0, ["q0"], dt=0.1, method="quasi_static")
+
+
+def test_catheters_end_each_step_in_equilibrium():
+    """Where contacts begin all along a soft catheter that lies down in a bent vessel, and is fed through it."""
+    x = np.linspace(0.0, 0.25, 40)
+    bends = 0.015 * np.sin(x / 0.25 * 5 * np.pi) * np.minimum(1, x / 0.06)
+    points = np.column_stack([x, bends, 0.008 * np.cos(x / 0.04) * np.minimum(1, x / 0.08)])
+    points = np.vstack([[(-0.15, *points[0, 1:]), (-0.075, *points[0, 1:])], points])
+    vessel = lissom.Tube(points, radius=0.003, wall=0.002)
+    part = lissom.Segment(
+        0.24 / 4,
+        radius=0.8e-3,
+        modes={"bend_y": 4, "bend_z": 4, "torsion": 1},
+        young_modulus=2e8,
+        poisson_ratio=0.33,
+        density=6450,
+    )
+    feed = lissom.Prismatic((1, 0, 0), motion=([0, 1], [0.0, 0.2], "linear"))
+    link = lissom.Link("catheter", joint=feed, rod=[part] * 4, position=(-0.24, *points[0, 1:]))
+    robot = lissom.Robot(
+        [link], gravity=(0, 0, -9.81), contacts=[lissom.Contact("catheter", vessel, friction=0.0)]
+    )
+    motion = lissom.simulate(robot, 0.12, dt=0.01, method="quasi_static")
+    assert motion.success
+    for t, q in zip(motion.t[1:], motion.q[1:], strict=True):
+        rest = lissom.statics(robot, q, t=t, space_error=False)
+        assert rest.success
+        assert np.abs(rest.q - q).max() < 1e-3 * np.abs(q).max(), t

@@ -11,9 +11,12 @@
 //! acceleration near zero may therefore dominate the size and its rate. The rate is the larger one of these sizes and of the
 //! displacements by the increments.
 
+mod downhill;
 mod fresh;
 mod gaps;
 mod softer_contacts;
+
+pub(super) use downhill::Origin;
 
 use super::contraction::Contraction;
 use super::jacobian::Jacobian;
@@ -333,15 +336,7 @@ impl<V: Numbers> Corrector<V> {
         h: f64,
         counters: &mut Counters,
     ) -> Solved {
-        trial.set(guess);
-        let [of_displacement, of_velocity, _] = trial.weights;
-        let reach = of_displacement.max(h * of_velocity);
-        self.reach = if reach > 0.0 { reach } else { h * h };
-        self.is_at_rest = !V::IS_PLAIN && trial.weights[2] == 0.0;
-        if !self.has_given_atol {
-            self.set_tolerances_by_sizes(trial, h);
-        }
-        self.set_tolerances(&[guess, last]);
+        self.begin(trial, guess, last, h);
         let is_kept = self.kept.is_some_and(|kept| kept.weights == trial.weights);
         if !is_kept {
             self.kept = None;
@@ -381,6 +376,19 @@ impl<V: Numbers> Corrector<V> {
         }
         self.might_touch = may_touch::<_, V>(system);
         Ok(outcome)
+    }
+
+    /// Sets a trial to the guess, and tolerances.
+    fn begin(&mut self, trial: &mut Trial<V>, guess: &[f64], last: &[f64], h: f64) {
+        trial.set(guess);
+        let [of_displacement, of_velocity, _] = trial.weights;
+        let reach = of_displacement.max(h * of_velocity);
+        self.reach = if reach > 0.0 { reach } else { h * h };
+        self.is_at_rest = !V::IS_PLAIN && trial.weights[2] == 0.0;
+        if !self.has_given_atol {
+            self.set_tolerances_by_sizes(trial, h);
+        }
+        self.set_tolerances(&[guess, last]);
     }
 
     /// Newton's method with the kept Jacobian, or with one of this step if there is none or it converges too slowly.

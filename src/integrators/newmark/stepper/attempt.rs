@@ -1,5 +1,6 @@
 //! One trial step: its equations, their solution and its projection onto constraints.
 
+use super::super::corrector::Origin;
 use super::super::error_estimate::LARGEST_FACTOR;
 use super::super::numbers::Numbers;
 use super::super::options::Predictor;
@@ -8,7 +9,9 @@ use super::super::trial::Trial;
 use super::{Guess, Lengths, StepperOf};
 use crate::error::Interrupted;
 use crate::integrators::attempts::{Ends, Stepper, Unilateral};
-use crate::integrators::second_order::{SecondOrderSystem, Solved, constrained_start, model_at, model_of};
+use crate::integrators::second_order::{
+    Failure, SecondOrderSystem, Solved, constrained_start, model_at, model_of,
+};
 use crate::model::constraint::projection;
 use crate::model::{Excitation, OneSided};
 use crate::numerics::linalg::Matrix;
@@ -85,6 +88,26 @@ impl<V: Numbers> StepperOf<V> {
         t_new: f64,
         h: f64,
     ) -> Solved {
+        self.begin_without_inertia(system, t_new, h);
+        self.correct(system, h)
+    }
+
+    /// The same, to the equilibrium downhill. Not of models with loops.
+    pub(super) fn attempt_downhill<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Solved {
+        if self.a.len() > self.q.len() {
+            return Ok(Err(Failure::NotConverged));
+        }
+        self.begin_without_inertia(system, t_new, h);
+        let Self { corrector, trial, t, q, v, a, counters, .. } = self;
+        corrector.go_downhill(system, trial, Origin { t: *t, q, v }, a, h, counters)
+    }
+
+    fn begin_without_inertia<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) {
         // Rates of prescribed motions are means over the step, like those of the coordinates.
         model_of(system).mean_rates_over(h);
         let trial = &mut self.trial;
@@ -93,7 +116,6 @@ impl<V: Numbers> StepperOf<V> {
         trial.weights = [h * h, h, 0.0];
         trial.q_base.copy_from_slice(&self.q);
         trial.v_base.iter_mut().for_each(|v| *v = 0.0);
-        self.correct(system, h)
     }
 
     /// Memory of algorithmic accelerations of the step from here to `t_new` ([`Scheme::step`]).

@@ -58,6 +58,10 @@ impl<V: Numbers> Fixed for StepperOf<V> {
         }
     }
 
+    fn try_downhill<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S, t_new: f64, h: f64) -> Solved {
+        self.attempt_downhill(system, t_new, h)
+    }
+
     fn begin_parts(&mut self) {
         self.changes_size = true;
     }
