@@ -1,5 +1,6 @@
 //! Conversion of Python objects to values of descriptions and back, by the kinds of fields.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::PyArray2;
@@ -7,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
-use super::meant::{misplaced, part_of_numbers};
+use super::meant::{along_z, misplaced, part_of_numbers, quaternion_of};
 use super::object::{PyPart, wrapped};
 use crate::description::schema::{
     AnyPart, Data as _, Field, Kind, Schema, Value, suggestion, unexpected, within,
@@ -15,6 +16,7 @@ use crate::description::schema::{
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
+use crate::python::model::of_file;
 use crate::python::profile::{self, along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::python::words::no_missing;
@@ -132,10 +134,34 @@ pub(super) fn value_of(
         Kind::Array(distance @ Kind::AlongRod(_), count) => {
             distances_of(object, name, distance, *count, functions)
         }
-        Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
+        Kind::Array(_, count) => {
+            let found = convert::vector_of(object, *count, name);
+            let meant = |error| {
+                quaternion_of(object, *count, &error)
+                    .or_else(|| along_z(object, *count, &error))
+                    .unwrap_or(error)
+            };
+            Ok(numbers(found.map_err(meant)?))
+        }
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
         Kind::List(inner @ (Kind::Part(_) | Kind::OneOf(..))) => {
-            let items = items_of(object, name, &format!("a sequence of lissom.{}", classes_of(inner)))?;
+            let expected = format!("a sequence of lissom.{}", classes_of(inner));
+            if matches!(inner.schema().map(Schema::class), Some("Link" | "Segment"))
+                && let Some(reader) = object.extract::<PathBuf>().ok().and_then(|path| of_file(&path))
+            {
+                let found = convert::describe(object);
+                return Err(PyTypeError::new_err(format!(
+                    "{name}: expected {expected}, got {found}; {reader}"
+                )));
+            }
+            if object.is_instance_of::<PyPart>() {
+                let found = convert::describe(object);
+                let message = format!(
+                    "{name}: expected {expected}, got {found}; one of them stands in brackets: [...]"
+                );
+                return Err(PyTypeError::new_err(message));
+            }
+            let items = items_of(object, name, &expected)?;
             list_of(&items, name, inner, functions).map_err(|error| {
                 // Numbers without the part and the list around them.
                 part_of_numbers(object, kinds_of(inner)).map_or(error, |meant| {
