@@ -43,7 +43,7 @@ _LINE = (
     "`pose(q, numpy.linspace(0, length, 50))[:, :3, 3]` has points of the axis of a rod of this length; "
     "robots take `link=...`"
 )
-_TENSIONS = "`model.actuator_force(q, v, t=t, u=u)` has tensions, pressures and torques, `u` the inputs"
+_TENSIONS = "`model.actuator_force(name, q, v, t=t, u=u)` has the force of an actuator, `u` has the inputs"
 
 #: Of models.
 _OF_MODELS: Mapping[str, str] = {

@@ -126,7 +126,7 @@ def no_attribute(thing: object, name: str, instead: Mapping[str, str]) -> NoRetu
     if hint is None and not name.startswith("_"):
         from .._lissom import did_you_mean
 
-        hint = did_you_mean(name, [each for each in dir(type(thing)) if not each.startswith("_")])
+        hint = did_you_mean(name, [each for each in dir(thing) if not each.startswith("_")])
     raise AttributeError(f"{sentence}: {hint}" if hint else sentence, name=name, obj=thing)
 
 

@@ -48,6 +48,7 @@ INSTEAD = {
     **dict.fromkeys(("LoadCell", "ForceSensor", "FTSensor", "Force", "Torque", "Wrench"), "ForceTorque"),
     **dict.fromkeys(("Position", "FramePos", "Mocap", "MotionCapture", "Tip"), "Marker"),
     **dict.fromkeys(("Pose", "Frame", "Orientation", "FrameQuat"), "PoseTracker"),
+    "Gyro": "Gyroscope",
     **dict.fromkeys(("JointPosition", "JointPos", "Angle", "Potentiometer"), "Encoder"),
     **dict.fromkeys(("JointVelocity", "JointVel"), "Tachometer"),
     **dict.fromkeys(("Touch", "TouchSensor", "Contact"), "ContactForce"),

@@ -56,15 +56,16 @@ pub(super) fn quaternion_of(object: &Bound<'_, PyAny>, count: usize, error: &PyE
 }
 
 /// The refusal of a number in place of a vector in space, with the vector along z, or of False in place of none.
-pub(super) fn along_z(object: &Bound<'_, PyAny>, count: usize, error: &PyErr) -> Option<PyErr> {
+pub(super) fn along_z(object: &Bound<'_, PyAny>, name: &str, count: usize, error: &PyErr) -> Option<PyErr> {
     let is_false = object.is_instance_of::<PyBool>() && !object.is_truthy().ok()?;
     let is_number = object.is_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>();
     if count != 3 || !(is_false || is_number) {
         return None;
     }
     let (text, found) = (error.value(object.py()), convert::describe_entry(object));
-    let meant =
-        if is_false { "none is (0, 0, 0)".to_owned() } else { format!("along z it is (0, 0, {found})") };
+    let points_down = name == "gravity" && object.extract::<f64>().is_ok_and(|number| number > 0.0);
+    let sign = if points_down { "-" } else { "" };
+    let meant = if is_false { "none is (0, 0, 0)" } else { &format!("along z it is (0, 0, {sign}{found})") };
     Some(PyTypeError::new_err(format!("{text}; {meant}")))
 }
 

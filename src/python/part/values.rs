@@ -138,7 +138,7 @@ pub(super) fn value_of(
             let found = convert::vector_of(object, *count, name);
             let meant = |error| {
                 quaternion_of(object, *count, &error)
-                    .or_else(|| along_z(object, *count, &error))
+                    .or_else(|| along_z(object, name, *count, &error))
                     .unwrap_or(error)
             };
             Ok(numbers(found.map_err(meant)?))

@@ -256,7 +256,7 @@ def test_a_task_gives_what_it_says_it_has():
 
 def test_robots_and_classes_in_place_of_tasks_say_what_to_write():
     with pytest.raises(
-        TypeError, match=r"got Robot; a task has a robot .*`class Mine\(lissom.gym.Task\)` with"
+        TypeError, match=r"got Rod; a task has a robot .*`class Mine\(lissom.gym.Task\)` with"
     ):
         lissom.gym.RobotEnv(lissom.gym.Reach().robot)
     with pytest.raises(TypeError, match=r"got the class: write Reach\(\)"):

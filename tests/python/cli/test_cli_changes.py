@@ -108,9 +108,8 @@ def test_wrong_changes_are_named(change, expected, path, capsys, tmp_path):
 )
 def test_options_of_other_programs_lead_to_keys(option, key, path, capsys):
     words = said(capsys, "run", path, option, "1e-3")
-    assert words.endswith(
-        f"No such option '{option}'. Keys of the scene are set by --set simulation.{key}=VALUE."
-    )
+    assert f"No such option '{option}'" in words
+    assert words.endswith(f" Keys of the scene are set by --set simulation.{key}=VALUE.")
 
 
 def test_other_options_do_not(path, capsys):

@@ -8,6 +8,9 @@ import pytest
 import lissom
 from lissom import sensors
 
+#: Few modes are enough for messages.
+pytestmark = pytest.mark.filterwarnings("ignore::lissom.AccuracyWarning")
+
 YOUNG = "segments[0].young_modulus"
 
 

@@ -326,11 +326,12 @@ pub fn unexpected(words: &[&str], known: &[&str], elsewhere: impl Fn(&str) -> Op
         let meant = meant.map_or_else(String::new, |meant| format!("; {meant}"));
         return format!("got an unexpected keyword argument '{word}', expected {expected}{meant}");
     }
-    let meant: Vec<_> = words.iter().map(|word| keyword(word, known).or_else(|| elsewhere(word))).collect();
-    let each = |(i, word): (usize, &&str)| match &meant[i] {
-        // Sentences about several words are said once.
-        Some(meant_here) if !meant[i + 1..].contains(&meant[i]) => format!("'{word}' ({meant_here})"),
-        _ => format!("'{word}'"),
+    let own: Vec<_> = words.iter().map(|word| keyword(word, known)).collect();
+    // A sentence about several words is said once.
+    let each = |(i, word): (usize, &&str)| match &own[i] {
+        Some(_) if own[i + 1..].contains(&own[i]) => format!("'{word}'"),
+        Some(meant) => format!("'{word}' ({meant})"),
+        None => elsewhere(word).map_or(format!("'{word}'"), |meant| format!("'{word}' ({meant})")),
     };
     let all: Vec<_> = words.iter().enumerate().map(each).collect();
     format!("got unexpected keyword arguments {}, expected {expected}", all.join(", "))
