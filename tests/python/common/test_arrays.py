@@ -415,7 +415,7 @@ def test_vectors_are_asked_for_with_their_length():
     with pytest.raises(
         TypeError,
         match=r"^gravity: expected a one-dimensional array of 3 real numbers, got float; along z it is "
-        r"\(0, 0, -9.81\)$",,
+        r"\(0, 0, -9.81\)$",
     ):
         lissom.Rod([WIRE], gravity=9.81)
     with pytest.raises(
