@@ -306,7 +306,7 @@ fn base_of_others(cls: &Bound<'_, PyType>) -> PyResult<PyErr> {
         let arguments: Vec<_> = schema.names().take(schema.positional).collect();
         format!("lissom.{}({})", schema.maker(), arguments.join(", "))
     };
-    let makers: Vec<_> = of_base.map(|schema| shown(schema)).collect();
+    let makers: Vec<_> = of_base.map(shown).collect();
     let others = if makers.is_empty() { String::new() } else { format!(": {}", makers.join(", ")) };
     Ok(PyTypeError::new_err(format!("{name} is the base of other classes{others}")))
 }
