@@ -8,7 +8,6 @@ use pyo3::types::{PyList, PyType};
 
 use super::PyModel;
 use crate::python::convert;
-use crate::python::scene::PyScene;
 
 /// The models.
 pub(crate) const MODEL: &str = "a Model (Rod, Robot, SpringPendulum)";
@@ -35,7 +34,8 @@ pub(crate) fn not_a_model(found: &Bound<'_, PyAny>, place: &str, expected: &str)
 
 /// What makes a model of it, or what to call with it.
 fn instead(found: &Bound<'_, PyAny>) -> Option<String> {
-    if found.is_instance_of::<PyScene>() {
+    let kind = found.get_type().name().ok()?.to_string();
+    if kind == "Scene" {
         return Some("`scene.run()` simulates a scene, and `scene.model` is its model".to_owned());
     }
     if let Ok(path) = found.extract::<PathBuf>() {
