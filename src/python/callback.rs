@@ -4,8 +4,9 @@ use std::cell::{Cell, RefCell};
 
 use pyo3::IntoPyObjectExt;
 use pyo3::call::PyCallArgs;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRecursionError, PyStopIteration};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRecursionError, PyStopIteration, PyTypeError};
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use crate::error::Interrupted;
 
@@ -42,13 +43,57 @@ impl Drop for Nested {
     }
 }
 
-/// Calls a user function; all calls out of a computation go through this function.
+/// How a user function is called: its name, its arguments such as `t, q, v`, and how many of the user's own `args` follow them, or `None`
+/// where a function takes none of these.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Form<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) arguments: &'a str,
+    pub(crate) args: Option<usize>,
+}
+
+impl Form<'_> {
+    /// The error of a function that cannot be called like this; `None` if it can, as far as its signature is known.
+    pub(crate) fn refusal(&self, function: &Bound<'_, PyAny>) -> Option<PyErr> {
+        let (py, count) = (function.py(), self.args.unwrap_or(0));
+        let signature = py.import("inspect").ok()?.call_method1("signature", (function,)).ok()?;
+        let known = self.arguments.split(", ").count();
+        let own = (0..count).map(|i| format!("arg{i}"));
+        let arguments: Vec<_> = self.arguments.split(", ").map(str::to_owned).chain(own).collect();
+        let error = signature.call_method1("bind", PyTuple::new(py, &arguments).ok()?).err()?;
+        if !error.is_instance_of::<PyTypeError>(py) {
+            return None;
+        }
+        let (name, arguments) = (self.name, arguments.join(", "));
+        let is_word = name.chars().all(|letter| letter.is_alphanumeric() || letter == '_');
+        let defined = if is_word { name } else { "f" };
+        let takes_more =
+            signature.getattr("parameters").and_then(|all| all.len()).is_ok_and(|all| all > count + known);
+        let others = match self.args {
+            Some(0) if takes_more => ", or give the others as `args=(...)`",
+            _ => "",
+        };
+        Some(PyTypeError::new_err(format!(
+            "{name}: is called as {defined}({arguments}), but takes {}: write `def {defined}({arguments}): ...`{others}",
+            signature.str().ok()?
+        )))
+    }
+}
+
+/// Calls a user function; all calls out of a computation go through this function. A function that takes other arguments is told so;
+/// its own exceptions are returned unchanged.
 pub(crate) fn call<'py>(
+    form: Form<'_>,
     function: &Bound<'py, PyAny>,
     arguments: impl PyCallArgs<'py>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let _nested = Nested::enter()?;
-    function.call1(arguments)
+    function.call1(arguments).map_err(|error| {
+        let py = function.py();
+        // Without a traceback the call itself has failed.
+        let is_of_call = error.is_instance_of::<PyTypeError>(py) && error.traceback(py).is_none();
+        is_of_call.then(|| form.refusal(function)).flatten().unwrap_or(error)
+    })
 }
 
 /// Stores the exception that stopped a computation, to raise it unchanged afterwards.

@@ -40,7 +40,10 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     // `__array__` and similar methods are user code.
     let _nested = Nested::enter()?;
     let py = value.py();
-    let wrong = || PyTypeError::new_err(format!("{name}: expected {expected}, got {}", describe(value)));
+    let wrong = || {
+        let instead = coordinates_in(value);
+        PyTypeError::new_err(format!("{name}: expected {expected}, got {}{instead}", describe(value)))
+    };
     let entry = |place: &[usize]| {
         let place: Vec<String> = place.iter().map(|i| format!("[{i}]")).collect();
         format!("{name}{}", place.concat())
@@ -67,6 +70,16 @@ pub(crate) fn numbers(value: &Bound<'_, PyAny>, name: &str, expected: &str) -> P
     })?;
     let array = plain(&copy).ok_or_else(wrong)?;
     Ok(Numbers { values: array.to_vec()?, shape: array.shape().to_vec() })
+}
+
+/// What to write for a result or a simulation in place of its coordinates.
+fn coordinates_in(value: &Bound<'_, PyAny>) -> &'static str {
+    let dimensions = value.getattr("q").and_then(|q| q.getattr("ndim")?.extract::<usize>());
+    match dimensions {
+        Ok(1) => "; its coordinates are its `q`",
+        Ok(2) => "; its last coordinates are its `q[-1]`",
+        _ => "",
+    }
 }
 
 /// The entries of a tuple or list of floats and integers, which need no NumPy: short ones are the most common arguments.

@@ -73,6 +73,54 @@ pub(super) fn pairs(
     by_name(mapping, names, place, |value, entries, place| pair(value, entries, place, read))
 }
 
+/// The error of inputs of one moment, with what takes rows of them, if these were given for `m` inputs.
+pub(super) fn or_rows(
+    u: &Bound<'_, PyAny>,
+    m: usize,
+    error: PyErr,
+    instead: impl Fn(Rows) -> String,
+) -> PyErr {
+    let py = u.py();
+    let is_of_value = error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyValueError>(py);
+    match Rows::of(u, m).filter(|_| is_of_value) {
+        Some(rows) => PyErr::from_type(error.get_type(py), format!("{}; {}", error.value(py), instead(rows))),
+        None => error,
+    }
+}
+
+/// Inputs of several moments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rows {
+    /// A row for each moment.
+    Array,
+    /// A column for each name.
+    Mapping,
+    /// The pair of times and values.
+    Table,
+}
+
+impl Rows {
+    fn of(u: &Bound<'_, PyAny>, m: usize) -> Option<Self> {
+        if let Some(mapping) = mapping_of(u) {
+            // An input may be a vector.
+            let is_column = |value: Bound<'_, PyAny>| value.len().is_ok_and(|length| length > 3);
+            return mapping.values().ok()?.iter().any(is_column).then_some(Self::Mapping);
+        }
+        if let Ok(pair) = u.cast::<PyTuple>()
+            && pair.len() == 2
+            && pair.iter().all(|part| convert::is_array(&part))
+        {
+            return Some(Self::Table);
+        }
+        match convert::numbers(u, "u", "numbers").ok()?.shape[..] {
+            [rows] => rows > 1 && m == 1,
+            [rows, _] => rows > 1,
+            _ => false,
+        }
+        .then_some(Self::Array)
+    }
+}
+
 /// The mapping by which inputs are given by their names, unless they are an array.
 pub(super) fn mapping_of<'a, 'py>(u: &'a Bound<'py, PyAny>) -> Option<&'a Bound<'py, PyMapping>> {
     u.cast::<PyDict>().ok().map(|mapping| mapping.as_mapping())

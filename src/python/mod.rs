@@ -101,6 +101,8 @@ pub mod _lissom {
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 
     #[pymodule_export]
+    use super::model::check_model;
+    #[pymodule_export]
     use super::rows::inputs_by_name;
     #[pymodule_export]
     use super::scene::{PyScene, PySceneProblem, PySimulationSettings, SceneError};

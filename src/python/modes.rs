@@ -6,6 +6,7 @@ use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
 use super::errors::{LissomError, OrRaise as _};
+use super::model::model_of;
 use super::record::{self, ReadOnly, Reduced};
 use super::statics::{inputs_of, inputs_or_default, native_with};
 use super::{background, convert};
@@ -129,6 +130,7 @@ pub(crate) fn modes<'py>(
     u: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyModesResult> {
+    model.map(|model| model_of(model, "model")).transpose()?;
     let (model, q) = required!("modes", others; more, model, q);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let held = inputs_or_default(model, u.as_deref())?;

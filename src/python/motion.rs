@@ -5,8 +5,10 @@ use std::time::{Duration, Instant};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::class::{PyTraverseError, PyVisit};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyFloat, PyInt};
 
 use super::balance::PyBalance;
 use super::callback::{Raised, or_raised, with_result};
@@ -554,5 +556,11 @@ impl Ticker {
 
 /// Times from the argument `t_eval`.
 pub(super) fn times(t_eval: Option<&Bound<'_, PyAny>>) -> PyResult<Option<Vec<f64>>> {
-    t_eval.map(|times| convert::vector(times, "t_eval")).transpose()
+    let Some(t_eval) = t_eval else { return Ok(None) };
+    if t_eval.is_instance_of::<PyFloat>() || t_eval.is_instance_of::<PyInt>() {
+        return Err(PyTypeError::new_err(
+            "t_eval: got a number, expected the times of the result, such as numpy.linspace(t0, t_end, 101)",
+        ));
+    }
+    convert::vector(t_eval, "t_eval").map(Some)
 }

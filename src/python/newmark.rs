@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arguments;
-use super::callback::{call, requests_stop};
+use super::callback::{Form, call, requests_stop};
 use super::convert;
 use super::motion::{PyMotionResult, finish, times};
 use super::ode::function::{matrix_of, read_vector};
@@ -143,7 +143,8 @@ pub(crate) fn newmark<'py>(
     let start = Instant::now();
     if !residual.is_callable() {
         return Err(PyTypeError::new_err(format!(
-            "residual: expected a callable, got {}; the motion of a Model is for simulate",
+            "residual: expected a callable, got {}; the motion of a Model is for simulate, matrices are \
+             `lambda t, q, v, a: M @ a + C @ v + K @ q - f(t)`",
             convert::describe(residual)
         )));
     }
@@ -174,7 +175,7 @@ pub(crate) fn newmark<'py>(
         let Some(callback) = callback else { return Ok(()) };
         let (q, v, a) = (stepper.q(), stepper.v(), stepper.a());
         let state = (stepper.t(), q.to_pyarray(py), v.to_pyarray(py), a.to_pyarray(py));
-        let stop = raised.catch(requests_stop(py, call(callback, state)))?;
+        let stop = raised.catch(requests_stop(py, call(CALLBACK, callback, state)))?;
         if stop { Err(Interrupted) } else { Ok(()) }
     };
     let solution =
@@ -190,6 +191,12 @@ pub(crate) fn newmark<'py>(
     }
     finish(py, simulation, &[], None, raised.raise())
 }
+
+/// Arguments of functions of a state.
+const STATE: &str = "t, q, v, a";
+
+/// How a `callback` is called.
+const CALLBACK: Form<'_> = Form { name: "callback", arguments: STATE, args: None };
 
 /// The member of the family with this name.
 fn scheme(method: &str, parameters: &Parameters) -> PyResult<Scheme> {
@@ -225,23 +232,31 @@ struct Equations<'a, 'py> {
 
 impl<'py> Equations<'_, 'py> {
     /// Calls `function(t, q, v, a, *args)` with new arrays that the function may keep.
-    fn call(&self, function: &Bound<'py, PyAny>, t: f64, state: [&[f64]; 3]) -> PyResult<Bound<'py, PyAny>> {
+    fn call(
+        &self,
+        name: &str,
+        function: &Bound<'py, PyAny>,
+        t: f64,
+        state: [&[f64]; 3],
+    ) -> PyResult<Bound<'py, PyAny>> {
         let py = function.py();
+        let args = self.args.as_ref().map_or(0, |args| args.len());
+        let form = Form { name, arguments: STATE, args: Some(args) };
         py.check_signals()?;
         let [q, v, a] = state.map(|x| x.to_pyarray(py).into_any());
         let t = t.into_pyobject(py)?.into_any();
         match &self.args {
-            None => call(function, (t, q, v, a)),
+            None => call(form, function, (t, q, v, a)),
             Some(args) => {
                 let arguments: Vec<_> = [t, q, v, a].into_iter().chain(args.iter()).collect();
-                call(function, PyTuple::new(py, arguments)?)
+                call(form, function, PyTuple::new(py, arguments)?)
             }
         }
     }
 
     fn tangents(&self, t: f64, state: [&[f64]; 3]) -> PyResult<[Matrix; 3]> {
         let jac = self.jac.expect("asked for only when jac is a callable");
-        let value = self.call(jac, t, state)?;
+        let value = self.call("jac", jac, t, state)?;
         let wrong = || {
             PyTypeError::new_err(format!(
                 "jac: expected three ({n}, {n}) arrays, dr/dq, dr/dv, dr/da, got {}",
@@ -277,7 +292,7 @@ impl SecondOrderSystem for Equations<'_, '_> {
         residual: &mut [f64],
     ) -> Result<(), Interrupted> {
         let value = self
-            .call(self.residual, t, [q, v, a])
+            .call("residual", self.residual, t, [q, v, a])
             .and_then(|value| read_vector(&value, residual, "residual"));
         self.raised.catch(value)
     }

@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use super::arguments;
-use super::callback::call;
+use super::callback::{Form, call};
 use super::convert::{self, Numbers};
 use super::signal::{Functions, callable_of};
 use crate::description::rod::{Parts, Profile, Unsampled};
@@ -488,7 +488,7 @@ fn of_function<const N: usize>(
     }
     let sampled = Profile::sampled(|x| {
         function.py().check_signals()?;
-        let value = call(function, (x * length,))?;
+        let value = call(Form { name, arguments: "X", args: None }, function, (x * length,))?;
         value_of(&value, shape, &format!("{name}(X)"))
     });
     sampled.map_err(|problem| match problem {

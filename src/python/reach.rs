@@ -262,6 +262,13 @@ impl Targets {
                 "the name of a link, a mapping from links to poses, or a sequence of lissom.Target";
             PyTypeError::new_err(format!("{argument}: expected {expected}, got {found}"))
         };
+        if convert::numbers(link, argument, "numbers").is_ok() {
+            let error = wrong(link);
+            return Err(PyTypeError::new_err(format!(
+                "{}; a pose of the last link is the second argument: `reach(None, pose)`",
+                error.value(link.py())
+            )));
+        }
         for (i, target) in link.try_iter().map_err(|_| wrong(link))?.enumerate() {
             let target = target?;
             if target.get_type().name()? != "Target" {

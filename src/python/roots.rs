@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
 use super::arguments;
-use super::callback::{Raised, call, with_result};
+use super::callback::{Form, Raised, call, with_result};
 use super::convert::{count, describe, matrix_out, numbers, scalar_or_vector, vector_of};
 use super::errors::{ConvergenceError, OrRaise as _};
 use super::record::{self, ReadOnly, Reduced};
@@ -189,7 +189,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
             scalar_fun: false,
             raised: Raised::default(),
         };
-        let (first, scalar_fun) = scalar_or_vector(&functions.call(fun, x0)?, "fun(x)")?;
+        let (first, scalar_fun) = scalar_or_vector(&functions.call("fun", fun, x0)?, "fun(x)")?;
         functions.equations = first.len();
         functions.first = Some(first);
         functions.scalar_fun = scalar_fun;
@@ -197,20 +197,21 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
     }
 
     /// `function(x, *args)`, with a new x that the function may keep.
-    fn call(&self, function: &Bound<'py, PyAny>, x: &[f64]) -> PyResult<Bound<'py, PyAny>> {
+    fn call(&self, name: &str, function: &Bound<'py, PyAny>, x: &[f64]) -> PyResult<Bound<'py, PyAny>> {
         let py = function.py();
+        let form = Form { name, arguments: "x", args: Some(self.args.len()) };
         py.check_signals()?;
         let x = if self.scalar { PyFloat::new(py, x[0]).into_any() } else { x.to_pyarray(py).into_any() };
         if self.args.is_empty() {
-            call(function, (x,))
+            call(form, function, (x,))
         } else {
             let arguments: Vec<_> = std::iter::once(x).chain(self.args.iter()).collect();
-            call(function, PyTuple::new(py, arguments)?)
+            call(form, function, PyTuple::new(py, arguments)?)
         }
     }
 
     fn evaluate(&self, x: &[f64], residual: &mut [f64]) -> PyResult<()> {
-        let value = self.call(self.fun, x)?;
+        let value = self.call("fun", self.fun, x)?;
         let (found, _) = scalar_or_vector(&value, "fun(x)")?;
         if found.len() != residual.len() {
             return Err(PyValueError::new_err(format!(
@@ -225,7 +226,7 @@ impl<'a, 'py> PyFunctions<'a, 'py> {
 
     fn evaluate_jacobian(&self, x: &[f64], jacobian: &mut Matrix) -> PyResult<()> {
         let function = self.jac.expect("asked for only when jac is a callable");
-        let value = self.call(function, x)?;
+        let value = self.call("jac", function, x)?;
         let (m, n) = jacobian.shape();
         let found = numbers(&value, "jac(x)", "an array of real numbers")?;
         // A vector or a number is accepted if m or n is one.

@@ -1,11 +1,11 @@
 //! Common arguments of computations with many rows: models, vectors and threads.
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::convert;
 use super::inputs::numbered;
-use super::model::PyModel;
+use super::model::{MODEL, PyModel, not_a_model};
 use crate::numerics::parallel;
 
 /// One vector for all rows, or a vector for each.
@@ -62,10 +62,7 @@ pub(super) fn of_row(py: Python<'_>, row: usize, error: &PyErr) -> PyErr {
 /// The models in a sequence; they must have the same coordinates and inputs.
 pub(super) fn each(models: &Bound<'_, PyAny>) -> PyResult<Vec<Py<PyModel>>> {
     let wrong = |place: &str, found: &Bound<'_, PyAny>| {
-        PyTypeError::new_err(format!(
-            "{place}: expected a Model (Rod, Robot, SpringPendulum) or a sequence of them, got {}",
-            convert::describe(found)
-        ))
+        not_a_model(found, place, &format!("{MODEL} or a sequence of them"))
     };
     let mut found: Vec<Py<PyModel>> = Vec::new();
     for (i, row) in models.try_iter().map_err(|_| wrong("model", models))?.enumerate() {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, ToPyArray};
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::create_exception;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
@@ -119,6 +119,16 @@ pub(crate) struct PyScene {
 
 #[pymethods]
 impl PyScene {
+    /// Says what makes scenes.
+    #[new]
+    #[pyo3(signature = (*_args, **_kwargs))]
+    fn refused(_args: &Bound<'_, PyTuple>, _kwargs: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        Err(PyTypeError::new_err(
+            "scenes are read: `lissom.Scene.load(path)` from a file, `lissom.Scene.loads(text)` from a text; `model.to_scene()` makes \
+             one of a model",
+        ))
+    }
+
     /// Read and check a scene file.
     ///
     /// Parameters

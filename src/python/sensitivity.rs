@@ -9,7 +9,7 @@ use super::arguments;
 use super::callback::Raised;
 use super::convert::{self, Numbers};
 use super::errors::{LissomError, OrRaise as _};
-use super::model::{Native, PyModel};
+use super::model::{Native, PyModel, model_of};
 use super::motion::Ticker;
 use super::segment::PySegment;
 use crate::description::rod::{SectionProperties, Segment};
@@ -86,7 +86,7 @@ pub(crate) enum Dependence<'py> {
 #[pyo3(signature = (model, t, q, v, a, forces, dq0, dv0, *, method="newmark", beta=None, gamma=None, alpha=None, rho_inf=None, intervals=None, weights=None))]
 #[allow(clippy::too_many_arguments, reason = "a run, and what is asked of it")]
 pub(crate) fn sensitivities<'py>(
-    #[pyo3(from_py_with = model_of)] model: &Bound<'py, PyModel>,
+    #[pyo3(from_py_with = model)] model: &Bound<'py, PyModel>,
     t: &Bound<'py, PyAny>,
     q: &Bound<'py, PyAny>,
     v: &Bound<'py, PyAny>,
@@ -308,19 +308,19 @@ fn change_of_inertia(terms: &[(Segment, f64)], x: f64) -> InertiaMatrix {
 
 /// Whether the inertia of sections affects only the forces along their own rods.
 #[pyfunction]
-pub(crate) fn has_separate_sections(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
+pub(crate) fn has_separate_sections(#[pyo3(from_py_with = model)] model: &Bound<'_, PyModel>) -> bool {
     model.get().inspect(|model| !model.facts().section_places.is_empty())
 }
 
 /// Whether the lengths of segments affect only their own rods.
 #[pyfunction]
-pub(crate) fn has_free_lengths(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
+pub(crate) fn has_free_lengths(#[pyo3(from_py_with = model)] model: &Bound<'_, PyModel>) -> bool {
     model.get().inspect(|model| model.facts().free_lengths > 0)
 }
 
 /// Whether some forces may act only in part of the states.
 #[pyfunction]
-pub(crate) fn has_one_sided_forces(#[pyo3(from_py_with = model_of)] model: &Bound<'_, PyModel>) -> bool {
+pub(crate) fn has_one_sided_forces(#[pyo3(from_py_with = model)] model: &Bound<'_, PyModel>) -> bool {
     model.get().inspect(|model| model.facts().has_one_sided_forces)
 }
 
@@ -369,6 +369,6 @@ fn compute(
 }
 
 /// The argument `model`.
-fn model_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
-    convert::instance(value, "model", "a model, such as lissom.Rod or lissom.Robot")
+fn model<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
+    model_of(value, "model")
 }

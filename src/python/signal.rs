@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple, PyWeakrefMethods, PyWeakrefReference};
 
 use super::arguments;
-use super::callback::{call, keep, none_is_kept};
+use super::callback::{Form, call, keep, none_is_kept};
 use super::convert;
 use super::ode::function::read_vector;
 use crate::description::schema::{AnyPart, Value};
@@ -591,7 +591,8 @@ impl Callable {
     }
 
     fn call<'py>(&self, py: Python<'py>, t: f64) -> PyResult<Bound<'py, PyAny>> {
-        call(self.held(py)?.get().0.bind(py), (t,))
+        let form = Form { name: &self.name, arguments: "t", args: None };
+        call(form, self.held(py)?.get().0.bind(py), (t,))
     }
 }
 

@@ -6,11 +6,11 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arguments;
-use super::callback::{Raised, call, or_raised, requests_stop, with_result};
+use super::callback::{Form, Raised, call, or_raised, requests_stop, with_result};
 use super::convert;
 use super::errors::{LissomError, OrRaise as _};
-use super::inputs::{mapping_of, set_named};
-use super::model::{Native, PyModel};
+use super::inputs::{Rows, mapping_of, or_rows, set_named};
+use super::model::{Native, PyModel, model_of};
 use super::motion::{PyMotionResult, Ticker, finish, signals, times};
 use super::ode::options::tolerance;
 use super::part::PyPart;
@@ -172,14 +172,10 @@ pub(crate) fn simulate<'py>(
     u: Option<&Bound<'py, PyAny>>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
+    // Before what is missing: files and scenes are given without it.
+    model.map(|model| model_of(model, "model")).transpose()?;
     let (model, t_end) = required!("simulate", others; more, model, t_end);
-    let Ok(model) = model.cast::<PyModel>() else {
-        return Err(PyTypeError::new_err(format!(
-            "model: expected a Model (Rod, Robot, SpringPendulum), got {}; for equations of your own there are newmark and \
-             solve_ivp",
-            convert::describe(model)
-        )));
-    };
+    let model = model_of(model, "model")?;
     let n = model.get().n();
     let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
         Some(value) => convert::finite_vector_of(value, n, name),
@@ -240,8 +236,30 @@ fn held_inputs(
             "u: the method \"auto\" takes inputs at their defaults: choose another method, or give each lissom.Input this value",
         ));
     }
-    model.get().inputs_of(u)
+    let inputs = model.get().inspect(|model| model.facts().inputs());
+    model.get().inputs_of(u).map_err(|error| or_rows(u, inputs, error, |rows| control_of(rows).to_owned()))
 }
+
+/// The `control` of inputs of several moments.
+fn control_of(rows: Rows) -> &'static str {
+    match rows {
+        Rows::Array => "for a row per step write `control=lambda t, q, v: u[min(round(t / dt), len(u) - 1)]`",
+        Rows::Mapping => {
+            "for values per step write `control=lambda t, q, v: {name: x[min(round(t / dt), len(x) - 1)] for name, x in \
+             u.items()}`"
+        }
+        Rows::Table => {
+            "for a table write `control=lambda t, q, v: [numpy.interp(t, times, x) for x in \
+             numpy.atleast_2d(numpy.transpose(values))]`"
+        }
+    }
+}
+
+/// How controllers are called.
+const CONTROL: Form<'_> = Form { name: "control", arguments: "t, q, v", args: None };
+
+/// How a `progress` is called.
+const PROGRESS: Form<'_> = Form { name: "progress", arguments: "t", args: None };
 
 /// The controller: a function of the user that sets inputs, or inputs that are held.
 struct Controller {
@@ -286,7 +304,9 @@ impl Controller {
                 "control: the method \"auto\" computes motions several times: choose another method",
             ));
         }
-        check_signature(function)?;
+        if let Some(error) = CONTROL.refusal(function) {
+            return Err(error);
+        }
         let names = model.get().input_names();
         let function = Some(function.clone().unbind());
         Ok(Some(Self { function, held: Vec::new(), step: step.unwrap_or(dt), names }))
@@ -295,26 +315,16 @@ impl Controller {
     /// Sets the inputs that the controller returns for a state: all, or some by name.
     fn inputs(&self, py: Python<'_>, t: f64, [q, v]: [&[f64]; 2], inputs: &mut [f64]) -> PyResult<()> {
         let Some(function) = &self.function else { return Ok(()) };
-        let returned = call(function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
+        let returned = call(CONTROL, function.bind(py), (t, q.to_pyarray(py), v.to_pyarray(py)))?;
+        if returned.is_none() {
+            let error = PyTypeError::new_err("control: returned None; is there a `return` missing?");
+            return Err(at_time(py, error, t));
+        }
         let read = match mapping_of(&returned) {
             Some(mapping) => set_named(mapping, &self.names, inputs, "control"),
             None => convert::finite_vector_into(&returned, inputs, "control"),
         };
         read.map_err(|error| at_time(py, error, t))
-    }
-}
-
-/// Returns an error if a controller cannot be called with three arguments; functions without a known signature may be.
-fn check_signature(function: &Bound<'_, PyAny>) -> PyResult<()> {
-    let py = function.py();
-    let Ok(signature) = py.import("inspect")?.call_method1("signature", (function,)) else { return Ok(()) };
-    match signature.call_method1("bind", (py.None(), py.None(), py.None())) {
-        Err(error) if error.is_instance_of::<PyTypeError>(py) => Err(PyTypeError::new_err(format!(
-            "control: is called as control(t, q, v), with the time, the coordinates and the velocities, but takes {}: write \
-             `def control(t, q, v): ...`, also where it uses only the time",
-            signature.str()?
-        ))),
-        _ => Ok(()),
     }
 }
 
@@ -516,7 +526,7 @@ fn run(
             let stop = raised.catch(Python::attach(|py| {
                 py.check_signals()?;
                 match &progress {
-                    Some(progress) => requests_stop(py, call(progress.bind(py), (t,))),
+                    Some(progress) => requests_stop(py, call(PROGRESS, progress.bind(py), (t,))),
                     None => Ok(false),
                 }
             }))?;

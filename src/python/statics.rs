@@ -13,8 +13,8 @@ use super::arguments;
 use super::background;
 use super::callback::{Raised, or_raised, raised_by_function, with_result};
 use super::convert;
-use super::inputs;
-use super::model::{Native, PyModel, check_time};
+use super::inputs::{self, or_rows};
+use super::model::{Native, PyModel, check_time, model_of};
 use super::motion::Ticker;
 use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
@@ -680,17 +680,14 @@ pub(crate) fn continuation<'py>(
 
 /// The base class of a model.
 fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
-    model.cast::<PyModel>().map_err(|_| {
-        PyTypeError::new_err(format!(
-            "model: expected a Model (Rod, Robot, SpringPendulum), got {}",
-            convert::describe(model)
-        ))
-    })
+    model_of(model, "model")
 }
 
 /// Values for all inputs of a model.
 pub(super) fn inputs_of(model: &Bound<'_, PyAny>, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    base(model)?.get().inputs_of(u)
+    let model = base(model)?.get();
+    let instead = |_| "`lissom.statics_many(model, u)` takes one set of inputs in each row".to_owned();
+    model.inputs_of(u).map_err(|error| or_rows(u, model.input_names().len(), error, instead))
 }
 
 /// These inputs, or the defaults of a model.

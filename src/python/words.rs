@@ -93,6 +93,18 @@ macro_rules! required {
 }
 pub(super) use required;
 
+/// What to give for arguments that other programs do not have: function, argument and remark.
+const REMARKS: &[(&str, &str, &str)] = &[
+    ("modes", "q", "the shape that vibrates, such as `lissom.statics(model).q`"),
+    ("root", "x0", "a start of the search, such as 0.5 * (a + b) of a bracket (a, b)"),
+    ("Motor", "joint", "the name of the link whose joint it drives"),
+    ("newmark", "v0", "velocities at the start, such as numpy.zeros(n)"),
+    ("newmark", "dt", "the size of the steps, such as dt=1e-3"),
+    ("Simulation", "dt", "the size of the steps in seconds, such as dt=1e-3"),
+    ("Robot.pose", "q", "the coordinates, such as numpy.zeros(robot.n) or `lissom.statics(robot).q`"),
+    ("simulate", "t_end", "the end of the motion in seconds"),
+];
+
 /// Refuses a call without all required arguments: their names, and whether each is missing.
 pub(super) fn no_missing(function: &str, arguments: &[(&str, bool)]) -> PyResult<()> {
     let missing = arguments.iter().filter(|(_, is_missing)| *is_missing);
@@ -100,7 +112,10 @@ pub(super) fn no_missing(function: &str, arguments: &[(&str, bool)]) -> PyResult
     if missing.is_empty() {
         return Ok(());
     }
-    Err(PyTypeError::new_err(format!("{function}() missing required arguments: {}", missing.join(", "))))
+    let is_it = |(of, name, _): &&(&str, &str, &str)| *of == function && *missing == [format!("'{name}'")];
+    let remark = REMARKS.iter().find(is_it).map_or_else(String::new, |(.., remark)| format!(": {remark}"));
+    let missing = missing.join(", ");
+    Err(PyTypeError::new_err(format!("{function}() missing required arguments: {missing}{remark}")))
 }
 
 /// Names of the parameters in a text such as `(model, t_end, *, t0=0.0)`.

@@ -47,6 +47,19 @@ def test_everything_is_drawn(name, opened):
     assert all(count > 10 for count in colours)
 
 
+def test_legends_show_the_marks_of_curves(opened):
+    """The critical points of a path are diamonds in its plots, and in their legend."""
+    shown = opened("path")
+    shown.page.wait_for_function(READY)
+    samples = shown.page.locator(".figure .legend i.diamond")
+    assert samples.count() > 0
+    drawn = samples.first.evaluate(
+        "sample => [sample.getBoundingClientRect().width, getComputedStyle(sample).transform]"
+    )
+    assert drawn[0] > 5
+    assert drawn[1] != "none"
+
+
 #: What the page is drawn from: sizes and colours of canvases, and what is shown.
 LAID = """() => {
   const colours = (canvas) => {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import LissomError, Model, Robot, StaticsResult, statics
+from .._lissom import LissomError, Model, Robot, StaticsResult, check_model, statics
 from ..common.arguments import keywords, suggesting, takes, whole
 from ..common.interruption import Keeping
 from .base import ParameterResult
@@ -189,8 +189,7 @@ def equilibrium_sensitivity(
     >>> derivative.shape, found.dfrequencies.shape
     ((3, 2), (1, 2))
     """
-    if not isinstance(model, Model):
-        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    check_model(model, "model")
     if objective is not None and not callable(objective):
         raise TypeError(f"objective: expected a callable, got {type(objective).__name__}")
     if objective is not None:

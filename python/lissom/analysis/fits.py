@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import AccuracyWarning, Robot, finite_array
-from ..common.arguments import number, suggesting, whole
+from ..common.arguments import explaining, number, whole
 from ..common.extras import missing
 from .fitted import FitResult, FittedData
 from .makers import ArgumentsOfFunction, NumbersOfModel
@@ -25,7 +25,7 @@ __all__ = ["FitResult", "FittedData", "fit"]
 Array = NDArray[np.float64]
 
 
-@suggesting
+@explaining(parameters='guesses by name, such as {"segments[0].young_modulus": 1e6}')
 def fit(
     model: Robot | Callable[..., Robot],
     data: Data | tuple[ArrayLike, ArrayLike] | Sequence[Data | tuple[ArrayLike, ArrayLike]],
@@ -124,7 +124,8 @@ def fit(
         raise ImportError("fit needs SciPy: pip install 'lissom[fit]'")
     if not isinstance(parameters, Mapping):
         raise TypeError(
-            f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses"
+            f"parameters: got {type(parameters).__name__}, expected a mapping of names to guesses, such as "
+            '{"segments[0].young_modulus": 1e6}'
         )
     names = names_of(parameters)
     if callable(model) and not isinstance(model, Robot):

@@ -19,10 +19,12 @@ from .._lissom import (
     Motor,
     Robot,
     Tendon,
+    check_model,
+    did_you_mean,
     inputs_by_name,
     jacobian,
 )
-from ..common.arguments import flag, sequence, suggesting
+from ..common.arguments import explaining, flag, sequence, suggesting
 from ..common.elsewhere import no_attribute
 from ..model.views import Frame, View, view
 from ..sensors.sensor import Sensor
@@ -49,6 +51,7 @@ INSTEAD: Mapping[str, str] = {
     **dict.fromkeys(
         ("bode", "nyquist", "step", "impulse", "transfer_function", "tf", "frequency_response"), _CONTROL
     ),
+    **dict.fromkeys(("eigenvalues", "eig", "eigs"), "`numpy.linalg.eigvals(linear.A)`"),
     **dict.fromkeys(("dcgain", "poles", "zeros", "damp", "simulate", "lsim"), _CONTROL),
 }
 
@@ -167,7 +170,7 @@ class LinearModel:
         return iter((self.A, self.B, self.C, self.D))
 
 
-@suggesting
+@explaining(q="the state about which it is linear, such as `lissom.statics(model).q`")
 def linearise(
     model: Model,
     q: ArrayLike,
@@ -241,8 +244,7 @@ def linearise(
     >>> linear.inputs, linear.outputs
     (('tip_force_z',), ('tip_position_z',))
     """
-    if not isinstance(model, Model):
-        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    check_model(model, "model")
     held = flag("held", held)
     n = model.n
     model.check_shape(q)
@@ -528,7 +530,10 @@ def _signals(
         group = next((key for key, (members, _) in groups.items() if name == key or name in members), None)
         if group is None:
             expected = ", ".join(repr(key) for key in groups)
-            raise ValueError(f"{argument}: got {name!r}, expected {expected} or a component of them")
+            known = [*groups, *(member for members, _ in groups.values() for member in members)]
+            meant = did_you_mean(name, known) if isinstance(name, str) else None
+            meant = f"; {meant}" if meant else ""
+            raise ValueError(f"{argument}: got {name!r}, expected {expected} or a component of them{meant}")
         members, matrix = groups[group]
         chosen = members if name == group else [name]
         names += chosen

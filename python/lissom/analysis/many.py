@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import AccuracyWarning, Model, StaticsResult, finite_array, inputs_by_name, machine, statics
+from .._lissom import (
+    AccuracyWarning,
+    Model,
+    StaticsResult,
+    check_model,
+    finite_array,
+    inputs_by_name,
+    machine,
+    statics,
+)
 from ..common.arguments import flag, keywords, number, suggesting, whole
 from ..common.elsewhere import no_attribute
 from .base import ReadOnly
@@ -263,21 +272,18 @@ def _models(model: Any) -> list[Model]:
     if isinstance(model, Model):
         return [model]
     try:
-        models = list(model)
+        models = [] if isinstance(model, str) else list(model)
     except TypeError:
         models = []
     for i, one in enumerate(models):
-        if not isinstance(one, Model):
-            raise TypeError(
-                f"model[{i}]: expected a Model (Rod, Robot, SpringPendulum), got {type(one).__name__}"
-            )
+        check_model(one, f"model[{i}]")
         if one.n != models[0].n or one.inputs != models[0].inputs:
             raise ValueError(
                 f"model[{i}]: got one with {one.n} coordinates and {len(one.inputs)} inputs, expected those "
                 f"of model[0]: {models[0].n} and {len(models[0].inputs)}"
             )
     if not models:
-        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+        check_model(model, "model")
     return models
 
 

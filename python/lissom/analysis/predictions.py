@@ -41,6 +41,10 @@ class Measured(Protocol):
     unit: str
     noise: float | None
 
+    @property
+    def has_inputs(self) -> bool:
+        """Whether the inputs are given; otherwise they are at their defaults."""
+
     def predicted(
         self, model: Robot, wanted: Sequence[Any], starts: Mapping[str, float]
     ) -> tuple[Array, Array]:
@@ -77,6 +81,11 @@ class OfMotion:
         positions, derivatives = (np.stack(part, 1) for part in zip(*at, strict=True))
         return positions, derivatives.reshape(self.numbers.size, len(wanted))
 
+    @property
+    def has_inputs(self) -> bool:
+        """See `Measured`."""
+        return self.options.get("u") is not None
+
     def with_half_steps(self) -> OfMotion | None:
         """The same with steps half as long; None if the method chooses them."""
         if shorthand(self.options.get("method"), {})[0] == "radau":
@@ -102,6 +111,11 @@ class OfShapes:
     unit: str = "metres"
     #: Equilibria of the previous model, used as starting points for the next one.
     last: dict[int, Array] = field(default_factory=dict)
+
+    @property
+    def has_inputs(self) -> bool:
+        """See `Measured`."""
+        return any(u is not None for u in self.inputs)
 
     def predicted(
         self, model: Robot, wanted: Sequence[Any], starts: Mapping[str, float]
@@ -129,6 +143,11 @@ class OfFrequencies:
     noise: float | None
     unit: str = "hertz"
     last: Array | None = None
+
+    @property
+    def has_inputs(self) -> bool:
+        """See `Measured`."""
+        return self.inputs is not None
 
     def predicted(
         self, model: Robot, wanted: Sequence[Any], starts: Mapping[str, float]
@@ -243,7 +262,13 @@ def _read(data: Any) -> Data:
     if isinstance(data, RecordedMotion | StaticShapes | NaturalFrequencies):
         return data
     if not isinstance(data, tuple) or len(data) != 2:
-        raise TypeError(f"data: got {type(data).__name__}, expected {EXPECTED}, or a list of these")
+        shapes = ": equilibria are `lissom.StaticShapes(positions, u=u)`" if np.ndim(data) > 1 else ""
+        raise TypeError(f"data: got {type(data).__name__}, expected {EXPECTED}, or a list of these{shapes}")
+    if np.ndim(data[0]) > 1:
+        raise ValueError(
+            f"data: t: got shape {np.shape(data[0])}, expected increasing times; equilibria with "
+            "inputs are `lissom.StaticShapes(positions, u=u)`"
+        )
     try:
         return RecordedMotion(*data)
     except (ValueError, TypeError) as error:

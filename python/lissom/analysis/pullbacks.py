@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Model, simulate_many
+from .._lissom import Model, check_model, simulate_many
 from ..methods import Newmark
 from .parameters import START, model_with, names_of, resolved
 from .sensitivities import NEWMARK, OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
@@ -157,8 +157,7 @@ def pullback(
     **options: Any,
 ) -> Pullback:
     """Runs of a model as a function of these parameters and the initial state."""
-    if not isinstance(model, Model):
-        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    check_model(model, "model")
     method, options = shorthand(method, options)
     if method not in NEWMARK:
         known = ", ".join(map(repr, NEWMARK))

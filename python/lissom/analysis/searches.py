@@ -296,7 +296,7 @@ class Search:
         at_bounds = tuple(name for name, is_there in zip(names, found.active, strict=True) if is_there)
         model = self.make(dict(zip(names, values.tolist(), strict=True)))
         data = self._data(model, found.residual, float(spread))
-        message += self._doubts(model, found, data, freedom)
+        message += self._of_inputs(model) + self._doubts(model, found, data, freedom)
         if not np.isfinite(spread):
             message += (
                 " There are as many measured numbers as parameters, which leaves nothing to estimate the "
@@ -329,6 +329,14 @@ class Search:
             at_bounds=at_bounds,
             confidence=self.confidence,
         )
+
+    def _of_inputs(self, model: Robot) -> str:
+        """Whether data of a robot with inputs came without them."""
+        if not model.inputs or all(each.has_inputs for each in self.measured):
+            return ""
+        given = zip(model.inputs, np.asarray(model.u0).tolist(), strict=True)
+        values = ", ".join(f"{name!r} = {value:g}" for name, value in given)
+        return f" No `u` was given with the data: inputs are at their defaults, {values}."
 
     def _of_sliding(self, model: Robot, undetermined: Sequence[str]) -> str:
         """Why static shapes do not determine the friction of tendons."""

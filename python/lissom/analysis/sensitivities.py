@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import LissomError, Model, Robot, finite_array, inputs_by_name, sensitivities, simulate
+from .._lissom import (
+    LissomError,
+    Model,
+    Robot,
+    check_model,
+    finite_array,
+    inputs_by_name,
+    sensitivities,
+    simulate,
+)
 from ..common.arguments import keywords, suggesting, takes, text
 from ..common.interruption import Keeping
 from ..methods import Newmark, Radau
@@ -259,8 +268,7 @@ def sensitivity(
     >>> derivative.shape
     (2, 3, 4)
     """
-    if not isinstance(model, Model):
-        raise TypeError(f"model: expected a Model (Rod, Robot, SpringPendulum), got {type(model).__name__}")
+    check_model(model, "model")
     of_method, options = shorthand(method, options)
     _check(model, of_method, options, objective, t_end=t_end, t0=t0, dt=dt)
     held, control_step = _held(model, u, control_step, t_end - t0, dt)

@@ -19,11 +19,13 @@ from .._lissom import (
     ReachResult,
     Robot,
     Scene,
+    Segment,
     Simulation,
     StaticsResult,
 )
 from ..analysis.base import ParameterResult
-from ..common.arguments import suggesting, text
+from ..common.arguments import MORE, suggesting, text
+from ..common.elsewhere import of_class
 from . import texts
 from .missing import INSTEAD, of_attribute
 from .models import advice_of_model, advice_of_scene, save_scene, scene_of
@@ -630,6 +632,12 @@ def _view(
     return view
 
 
+#: How to draw one curve.
+ONE_CURVE = (
+    "it draws coordinates and places of tips; one curve is `matplotlib.pyplot.plot(result.t, "
+    "result.pose()[:, 2, 3])`, here the height of the tip"
+)
+
 #: What is required beside a result, where it is missing.
 REQUIRED = {
     "model": "results of statics, paths and modes keep no model, give that of the search",
@@ -646,7 +654,8 @@ def _attach(owner: type, name: str, function: Any, text: str | None = None) -> N
     own.__annotations__ = function.__annotations__
     own.__doc__ = text or function.__doc__
     own.__qualname__ = f"{owner.__name__}.{name}"
-    setattr(owner, name, suggesting(own, REQUIRED))
+    is_plot = (owner, name) == (MotionResult, "plot")
+    setattr(owner, name, suggesting(own, {**REQUIRED, MORE: ONE_CURVE} if is_plot else REQUIRED))
 
 
 #: File formats of a motion or a shape as meshes.
@@ -664,6 +673,7 @@ def attach() -> None:
     _attach_to_equilibria()
     for owner in INSTEAD:
         _attach(owner, "__getattr__", of_attribute)
+    type(Segment).__getattr__ = of_class  # type: ignore[attr-defined]
 
 
 def _attach_to_motions() -> None:

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .._lissom import ModesResult, MotionResult, Robot, Rod, Simulation, StaticsResult
+from .._lissom import (
+    ModesResult,
+    MotionResult,
+    OdeResult,
+    Robot,
+    Rod,
+    RootResult,
+    Scene,
+    Simulation,
+    StaticsResult,
+)
 
 _ENERGY = "`balance` has the energies: `balance.total`, `balance.kinetic` and so on"
 _FILM = "`animate(path)` writes a film: .gif, .mp4 or .webm"
@@ -26,8 +36,35 @@ _AT_BASE = "forces in a joint are `model.joint_wrench(link, q, v, a, t=t)`"
 _AT_TIP = "`pose(q)` has the pose of the tip: its position is `pose(q)[:3, 3]`"
 _HOLDS = "`inverse_dynamics(q, v, a)` has generalised forces, at rest those that hold a posture"
 
+_SIZE = dict.fromkeys(
+    ("ndof", "nq", "nv", "dof", "dofs", "num_dofs", "n_dofs", "n_q"), "`n` is the number of coordinates"
+)
+_LINE = (
+    "`pose(q, numpy.linspace(0, length, 50))[:, :3, 3]` has points of the axis of a rod of this length; "
+    "robots take `link=...`"
+)
+_TENSIONS = "`model.actuator_force(name, q, v, t=t, u=u)` has the force of an actuator, `u` has the inputs"
+
 #: Of models.
 _OF_MODELS: Mapping[str, str] = {
+    **_SIZE,
+    **dict.fromkeys(("backbone", "centerline", "centreline", "positions", "points", "curve"), _LINE),
+    **dict.fromkeys(("nu", "n_inputs", "num_inputs"), "`len(model.inputs)` is the number of inputs"),
+    **dict.fromkeys(("state_dim", "nx", "n_states"), "a state has `2 * model.n` numbers: q and v"),
+    **dict.fromkeys(("tendons", "motors", "chambers", "muscles"), "`actuators` has all of them"),
+    **dict.fromkeys(
+        ("set_input", "set_inputs", "actuate"), "inputs are arguments: `lissom.statics(model, u=u)`"
+    ),
+    **dict.fromkeys(
+        ("coriolis", "coriolis_matrix", "C", "bias_forces", "gravity_vector", "g"),
+        "`inverse_dynamics(q, v, 0 * q)` has forces of gravity, springs and Coriolis together",
+    ),
+    **dict.fromkeys(
+        ("dynamics", "f", "rhs", "ode", "acceleration_of"),
+        "`forward_dynamics(q, v)` has accelerations; `lissom.solve_ivp(model, t_span, y0)` takes models",
+    ),
+    **dict.fromkeys(("total_mass", "weight"), "`explain()` has the masses"),
+    "joints": "each of `links` has a `joint`",
     **dict.fromkeys(("tip", "position", "tip_position", "forward_kinematics", "fk", "shape"), _AT_TIP),
     **dict.fromkeys(
         ("plot", "show", "draw"),
@@ -90,6 +127,8 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
         "qdd": "accelerations are `a`",
         "inputs": "inputs are `u`",
         "final": "the last state is `q[-1]`, `v[-1]`",
+        "tip_position": _MOVED,
+        **dict.fromkeys(("tension", "tensions", "forces", "actuator_force"), _TENSIONS),
     },
     StaticsResult: {
         **_CURVED,
@@ -97,6 +136,8 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
         **dict.fromkeys(("reaction", "reactions", "base_wrench"), _AT_BASE),
         "x": "coordinates are `q`",
         "tip": _RESTS,
+        "tip_position": _RESTS,
+        **dict.fromkeys(("tension", "tensions", "forces", "actuator_force"), _TENSIONS),
         "position": _RESTS,
         "pose": _RESTS,
         "energy": "`model.energy(q, 0 * q)` has the energies",
@@ -118,8 +159,46 @@ INSTEAD: Mapping[type, Mapping[str, str]] = {
         **dict.fromkeys(("vectors", "eigenvectors", "modes"), "mode shapes are the columns of `shapes`"),
         **dict.fromkeys(("film", "video", "movie"), "`animate(path, model, q)` writes a film of a mode"),
     },
+    Scene: {
+        **dict.fromkeys(("simulate", "play", "solve"), "`run()` simulates the scene"),
+        **dict.fromkeys(
+            ("statics", "modes", "equilibrium"), "its model is `model`: `lissom.statics(scene.model)`"
+        ),
+        **dict.fromkeys(("robot", "rod", "links"), "its model is `model`"),
+        **dict.fromkeys(("dt", "t_end", "method"), "what it says of the simulation is `simulation`"),
+        "view": "`lissom view scene.toml` shows it in a browser",
+        "report": "`scene.run().report(path)` writes a page",
+    },
+    OdeResult: {
+        "x": "solutions are `y`, of shape (n, times)",
+        **dict.fromkeys(("plot", "show"), "`matplotlib.pyplot.plot(result.t, result.y.T)`"),
+        "naccept": "accepted steps are `naccepted`",
+        "nit": "accepted steps are `naccepted`",
+    },
+    RootResult: {
+        **dict.fromkeys(("root", "solution", "value", "zero"), "the root is `x`"),
+        **dict.fromkeys(
+            ("converged", "flag", "ok"), "whether it has converged is `success`, how is `status`"
+        ),
+        **dict.fromkeys(("iterations", "niter", "n_iter", "iter"), "the number of iterations is `nit`"),
+        **dict.fromkeys(("function_calls", "fcalls"), "the number of evaluations is `nfev`"),
+        **dict.fromkeys(("residual", "error", "fvec"), "the residual is `fun`, its norm `residual_norm`"),
+    },
     Simulation: {
         "tip": _NOW,
+        "tip_position": _NOW,
+        **dict.fromkeys(("state", "x", "get_state", "qpos"), "the state is `q` and `v`, its time `t`"),
+        **dict.fromkeys(("qvel", "qd", "dq"), "velocities are `v`"),
+        **dict.fromkeys(("time", "now"), "the time is `t`"),
+        **dict.fromkeys(
+            ("ctrl", "inputs", "set_inputs", "set_input", "set_control"), "`step(u, duration)` sets inputs"
+        ),
+        **dict.fromkeys(
+            ("forward", "integrate", "advance", "simulate", "step_forward"), "`step(u, duration)` goes on"
+        ),
+        **dict.fromkeys(("observe", "sense", "sensordata"), "sensors read it: `sensor.observe(simulation)`"),
+        **dict.fromkeys(("render", "show", "plot"), "`view()` shows it in a browser"),
+        "close": "it holds no files: there is nothing to close",
         "position": _NOW,
         "pose": _NOW,
         "run": "`step(u, duration)` goes on, `lissom.simulate` makes a whole run",

@@ -44,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         code = commands.main(arguments, prog_name="lissom", standalone_mode=False)
     except click.ClickException as error:
         error.show()
+        if about := _about_keys(error):
+            click.echo(about, err=True)
         code = error.exit_code
     except BaseException as error:
         interruption.defer()
@@ -54,6 +56,26 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         code = INTERRUPTED
     interruption.defer()
     sys.exit(INTERRUPTED if interruption.requested else code)
+
+
+def _about_keys(error: click.ClickException) -> str:
+    """How commands set keys of scenes, after an option that may stand for one, or a key in its place."""
+    command = error.ctx.command if isinstance(error, click.UsageError) and error.ctx else None
+    if command is None or all(parameter.name != "changes" for parameter in command.params):
+        return ""
+    if not isinstance(error, click.NoSuchOption):
+        is_key = "extra argument" in error.message and "=" in error.message
+        return "Keys of the scene are set by --set KEY=VALUE." if is_key else ""
+    import json
+
+    from .._lissom import Scene, meant
+
+    keys = json.loads(Scene.schema())["definitions"]["Simulation"]["properties"]
+    known = [key for key, about in keys.items() if not about.get("deprecated")]
+    word = error.option_name.lstrip("-").replace("-", "_")
+    is_option = len(word) == 1 or (error.possibilities and word not in known)
+    key = None if is_option else meant(word, known)
+    return f"Keys of the scene are set by --set simulation.{key}=VALUE." if key else ""
 
 
 def _say_version(context: click.Context, _: click.Parameter, wanted: bool) -> None:

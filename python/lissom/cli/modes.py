@@ -11,7 +11,7 @@ import click
 from ..common.interruption import interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
-from .scenes import SCENE, inputs_option, load, refusals_of
+from .scenes import SCENE, inputs_option, load, refusals_of, set_option
 from .statics import print_statics
 from .words import line, print_outcome
 
@@ -21,9 +21,15 @@ from .words import line, print_outcome
 @output_option("Folder for the results; results/NAME-modes unless given.")
 @click.option("--at-start", is_flag=True, help="Linearise about the q0 of the scene, not its equilibrium.")
 @inputs_option
+@set_option
 @click.option("--no-report", is_flag=True, help="Write the numbers only.")
 def command(
-    scene: Path, output: Path | None, at_start: bool, inputs: Mapping[str, Any], no_report: bool
+    scene: Path,
+    output: Path | None,
+    at_start: bool,
+    inputs: Mapping[str, Any],
+    changes: Mapping[str, Any],
+    no_report: bool,
 ) -> int:
     """Find the natural frequencies and mode shapes of SCENE.
 
@@ -39,7 +45,7 @@ def command(
     from ..drawing.report import studies as words
     from ..results import studies
 
-    loaded = load(scene)
+    loaded = load(scene, changes)
     target = output if output is not None else Path("results") / f"{scene.stem}-modes"
     with results_folder(target) as folder:
         with refusals_of(scene):

@@ -12,7 +12,7 @@ import click
 from ..common.interruption import STOPPING, interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save
-from .scenes import SCENE, inputs_option, load, refusals_of, visuals_of, visuals_option
+from .scenes import SCENE, inputs_option, load, refusals_of, set_option, visuals_of, visuals_option
 from .words import Saved, note, print_outcome, progress_bar
 
 if TYPE_CHECKING:
@@ -26,9 +26,15 @@ if TYPE_CHECKING:
 @output_option("Folder for the results; results/NAME unless given.")
 @click.option("--no-report", is_flag=True, help="Write the trajectory only.")
 @inputs_option
+@set_option
 @visuals_option
 def command(
-    scene: Path, output: Path | None, no_report: bool, inputs: Mapping[str, Any], visuals: bool
+    scene: Path,
+    output: Path | None,
+    no_report: bool,
+    inputs: Mapping[str, Any],
+    changes: Mapping[str, Any],
+    visuals: bool,
 ) -> int:
     """Simulate SCENE; write results and a report.
 
@@ -42,7 +48,7 @@ def command(
     from ..common.extras import missing
     from ..results import files
 
-    loaded = load(scene)
+    loaded = load(scene, changes)
     pictures = visuals_of(scene, loaded) if visuals else ()
     target = output if output is not None else Path("results") / scene.stem
     with results_folder(target) as folder:

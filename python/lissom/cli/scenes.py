@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -54,6 +54,42 @@ inputs_option = click.option(
 )
 
 
+def value_of(text: str) -> Any:
+    """A value of a key as TOML writes it, or else a text."""
+    import tomllib
+
+    for read in (int, float, lambda value: tomllib.loads(f"value = {value}")["value"]):
+        try:
+            return read(text)
+        except ValueError:
+            continue
+    return text
+
+
+def _read_changes(
+    context: click.Context, parameter: click.Parameter, given: tuple[str, ...]
+) -> dict[str, Any]:
+    """Values of keys by their paths."""
+    found = {}
+    for text in given:
+        key, _, value = text.partition("=")
+        if not key or not value:
+            raise click.BadParameter(f"{text!r} is not KEY=VALUE", context, parameter)
+        found[key.strip()] = value_of(value.strip())
+    return found
+
+
+#: The option of commands that take other values of keys.
+set_option = click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="KEY=VALUE",
+    callback=_read_changes,
+    help="Another value of a key of SCENE, such as simulation.dt=1e-3; may be repeated.",
+)
+
+
 class Refused(click.ClickException):
     """An invalid scene, with all of its problems."""
 
@@ -69,19 +105,30 @@ class Unresolved(Refused):
     exit_code = FAILED
 
 
-def load(path: Path) -> Scene:
-    """The scene; raises Refused, which ends the program unless it is caught."""
+def load(path: Path, changes: Mapping[str, Any] | None = None) -> Scene:
+    """The scene, with other values of some keys.
+
+    Raises Refused, which ends the program unless it is caught.
+    """
     from .._lissom import LissomError, Scene, SceneError
 
     try:
         with _notes():
-            return Scene.load(path, anywhere=_may_import_anywhere())
+            scene = Scene.load(path, anywhere=_may_import_anywhere())
     except OSError as error:
         raise click.UsageError(f"{path} cannot be read: {error.strerror}") from None
     except SceneError as error:
         raise Refused(str(error)) from None
     except (LissomError, ValueError) as error:
         raise Unresolved(f"{path}: {error}") from None
+    if not changes:
+        return scene
+    from ..model.scenes import changed
+
+    try:
+        return changed(scene.text, changes, scene.name, scene.imports)
+    except ValueError as error:
+        raise Refused(f"{path}: --set: {error}") from None
 
 
 def visuals_of(path: Path, scene: Scene) -> list[Visual]:

@@ -10,7 +10,7 @@ import click
 
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
-from .scenes import SCENE, inputs_option, load, refusals_of
+from .scenes import SCENE, inputs_option, load, refusals_of, set_option
 from .words import Saved, print_outcome
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     "--from-start", is_flag=True, help="Release the model at the scene's q0 instead of growing the loads."
 )
 @inputs_option
+@set_option
 @click.option(
     "--no-stability", is_flag=True, help="Do not judge stability, which takes long for large models."
 )
@@ -33,6 +34,7 @@ def command(
     output: Path | None,
     from_start: bool,
     inputs: Mapping[str, Any],
+    changes: Mapping[str, Any],
     no_stability: bool,
     no_report: bool,
 ) -> int:
@@ -46,7 +48,7 @@ def command(
     """
     from ..results import studies
 
-    loaded = load(scene)
+    loaded = load(scene, changes)
     target = output if output is not None else Path("results") / f"{scene.stem}-statics"
     with results_folder(target) as folder:
         with refusals_of(scene):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ import click
 from ..common.interruption import interruption
 from .exits import BAD_INPUT, FAILED
 from .saving import output_option, results_folder, save
-from .scenes import SCENE, load, refusals_of
+from .scenes import SCENE, load, refusals_of, set_option, value_of
 from .words import note, print_outcome, progress_bar
 
 if TYPE_CHECKING:
@@ -88,17 +89,7 @@ def _list(text: str) -> list[Any]:
     values = text.split(",")
     if not all(values):
         raise ValueError("a value between commas is missing")
-    return [_value(each) for each in values]
-
-
-def _value(text: str) -> Any:
-    """A number, a boolean, or else text."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return {"true": True, "false": False}.get(text, text)
+    return [value_of(each) for each in values]
 
 
 @click.command("sweep")
@@ -111,6 +102,7 @@ def _value(text: str) -> Any:
     metavar="KEY=VALUES",
     help=f"A key of the scene and its values: {FORM}. Repeat it to combine several keys.",
 )
+@set_option
 @click.option(
     "--store",
     type=click.Path(path_type=Path),
@@ -123,6 +115,7 @@ def _value(text: str) -> Any:
 def command(
     scene: Path,
     over: tuple[tuple[str, list[Any]], ...],
+    changes: Mapping[str, Any],
     store: Path | None,
     workers: int | None,
     output: Path | None,
@@ -147,7 +140,7 @@ def command(
     if len(set(keys)) < len(keys):
         click.echo("--over: the same key is given twice", err=True)
         return BAD_INPUT
-    loaded = load(scene)
+    loaded = load(scene, changes)
     target = output if output is not None else Path("results") / f"{scene.stem}-sweep"
     with results_folder(target) as folder:
         start = time.perf_counter()

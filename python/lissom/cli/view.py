@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 from ..common.interruption import interruption
 from .exits import FAILED
-from .scenes import SCENE, load, refusals_of, visuals_of, visuals_option
+from .scenes import SCENE, load, refusals_of, set_option, visuals_of, visuals_option
 from .words import line, note
 
 
@@ -30,6 +32,7 @@ from .words import line, note
 )
 @click.option("--paused", is_flag=True, help="Start paused.")
 @click.option("--dark", is_flag=True, help="Show a dark page at first.")
+@set_option
 @visuals_option
 @click.option(
     "--allow-host",
@@ -44,6 +47,7 @@ def command(
     speed: float,
     paused: bool,
     dark: bool,
+    changes: Mapping[str, Any],
     visuals: bool,
     allow_hosts: tuple[str, ...],
 ) -> int:
@@ -61,7 +65,7 @@ def command(
         return FAILED
     from ..drawing.live import of_scene
 
-    loaded = load(scene)
+    loaded = load(scene, changes)
     pictures = visuals_of(scene, loaded) if visuals else ()
     try:
         with refusals_of(scene):

@@ -89,16 +89,20 @@ def _stand_ins(function: str, given: Iterable[str], missing: Iterable[str]) -> N
             raise TypeError(f"{function}() got an unexpected keyword argument {name!r}; {advice}")
 
 
-def _too_many(function: str, given: int, parameters: Sequence[inspect.Parameter]) -> None:
+#: The remark about positional arguments that a function does not take.
+MORE = "*"
+
+
+def _too_many(function: str, given: int, parameters: Sequence[inspect.Parameter], remark: str = "") -> None:
     """Raise TypeError for more positional arguments than a function takes, with the names of the others."""
     own = [e.name for e in parameters if e.kind in (e.POSITIONAL_ONLY, e.POSITIONAL_OR_KEYWORD)]
     first = [name for name in own if name != "self"]
     given -= len(own) - len(first)
     others = [each.name for each in parameters if each.kind is each.KEYWORD_ONLY]
     by_name = f": give the others by name, of {', '.join(others)}" if others else ""
+    taken = f"{len(first)} positional arguments ({', '.join(first)})" if first else "no arguments"
     raise TypeError(
-        f"{function}() takes {len(first)} positional arguments ({', '.join(first)}) "
-        f"but {given} were given{by_name}"
+        f"{function}() takes {taken} but {given} were given{by_name or (remark and f': {remark}')}"
     )
 
 
@@ -136,13 +140,18 @@ def suggesting(called: F, remarks: Mapping[str, str] | None = None) -> F:
             if name in required[len(args) :] and name not in kwargs:
                 raise TypeError(f"{shown}() missing required argument {name!r}: {explained[name]}")
         if len(args) > most and not takes_all:
-            _too_many(shown, len(args), list(parameters))
+            _too_many(shown, len(args), list(parameters), explained.get(MORE, ""))
         return function(*args, **kwargs)
 
     if isinstance(called, type):
         type.__setattr__(called, "__init__", checked)
         return called
     return checked  # type: ignore[return-value]
+
+
+def explaining(**remarks: str) -> Callable[[F], F]:
+    """`suggesting` with these remarks."""
+    return lambda called: suggesting(called, remarks)
 
 
 def takes(name: str, function: Callable[..., Any], arguments: str, what: str) -> None:

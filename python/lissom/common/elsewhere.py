@@ -10,7 +10,6 @@ NAMES: Mapping[str, str] = {
     "linearize": "linearise",
     "integrate": "simulate",
     "solve": "simulate",
-    "run": "simulate",
     "odeint": "solve_ivp",
     "ode45": "solve_ivp",
     "ode23": "solve_ivp",
@@ -41,16 +40,19 @@ NAMES: Mapping[str, str] = {
     "inverse_kinematics": "actuate",
     "workspace": "statics_many",
     "buckling": "continuation",
-    "MjModel": "Robot",
+    **dict.fromkeys(
+        ("MjModel", "MultibodyPlant", "Manipulator", "Articulation", "SoftRobot", "SerialLink"), "Robot"
+    ),
+    **dict.fromkeys(("MjData", "Simulator", "Integrator"), "Simulation"),
     "equilibrium": "statics",
     "eigenmodes": "modes",
-    "Beam": "Rod",
-    "CosseratRod": "Rod",
+    **dict.fromkeys(("Beam", "CosseratRod", "StraightRod", "PlanarPCS", "PCS", "GVS", "PCC"), "Rod"),
     "Spring": "Support",
     "Cable": "Rod",
     "Rope": "Rod",
     "Wire": "Rod",
-    "Force": "Load",
+    **dict.fromkeys(("Force", "PointForce", "EndpointForces", "UniformForces"), "Load"),
+    **dict.fromkeys(("PositionVerlet", "Verlet"), "newmark"),
     "Gravity": "Robot",
     "Plane": "HalfSpace",
     "Floor": "HalfSpace",
@@ -77,6 +79,31 @@ OTHERS: Mapping[str, str] = {
     ),
     **dict.fromkeys(("quad", "interp1d", "CubicSpline"), "SciPy has it"),
     "plot": "results have `plot()`, `picture(path)` and `report(path)`",
+    "run": "`lissom.Scene.load(path).run()` runs a scene, `lissom.simulate(model, t_end)` a model",
+    **dict.fromkeys(
+        ("load_scene", "read_scene", "load_toml", "open"), "`lissom.Scene.load(path)` reads a scene"
+    ),
+    **dict.fromkeys(
+        ("Start", "State", "initial_state"),
+        "a motion starts where `lissom.simulate(model, t_end, q0=q, v0=v)` says",
+    ),
+    **dict.fromkeys(
+        ("IMU", "Imu", "Encoder", "Marker", "Sensor", "ForceTorque", "Accelerometer"),
+        "sensors are in `lissom.sensors`, such as `lissom.sensors.Imu`",
+    ),
+    **dict.fromkeys(
+        ("RobotEnv", "Env", "Task", "make"),
+        "environments are in `lissom.gym`: `lissom.gym.RobotEnv(task)`",
+    ),
+    **dict.fromkeys(("GravityForces", "gravity"), "`gravity` of a Rod or a Robot, (0, 0, -9.81) by default"),
+    **dict.fromkeys(
+        ("OneEndFixedBC", "OneEndFixedRod", "FixedConstraint", "Clamp"),
+        "the base of a Rod is clamped; a Link has a `joint`, and loops hold other places",
+    ),
+    **dict.fromkeys(
+        ("AnalyticalLinearDamper", "Damper", "damping"),
+        "`retardation_time` of a Segment damps a rod, `damping` a joint",
+    ),
     "load_urdf": "`lissom.Robot.from_urdf(path)` reads robots",
     "from_urdf": "`lissom.Robot.from_urdf(path)` reads robots",
     "buildModelFromUrdf": "`lissom.Robot.from_urdf(path)` reads robots",
@@ -96,7 +123,24 @@ def no_attribute(thing: object, name: str, instead: Mapping[str, str]) -> NoRetu
     """Raise AttributeError for an attribute that a thing does not have, with what to use instead."""
     sentence = f"'lissom.{type(thing).__name__}' object has no attribute {name!r}"
     hint = instead.get(name)
+    if hint is None and not name.startswith("_"):
+        from .._lissom import did_you_mean
+
+        hint = did_you_mean(name, [each for each in dir(thing) if not each.startswith("_")])
     raise AttributeError(f"{sentence}: {hint}" if hint else sentence, name=name, obj=thing)
+
+
+def of_class(cls: type, name: str) -> NoReturn:
+    """Raise AttributeError for a name that the class of a part does not have, with what to write instead."""
+    missing = f"type object {cls.__name__!r} has no attribute {name!r}"
+    hint = ""
+    if not name.startswith("_"):
+        from .._lissom import did_you_mean
+
+        is_material = name.lower() in MATERIALS
+        known = [each for each in dir(cls) if not each.startswith("_")]
+        hint = did_you_mean("material" if is_material else name, known) or ""
+    raise AttributeError(f"{missing}; {hint}" if hint else missing, name=name, obj=cls)
 
 
 _TABLE = "a table is `result.to_xarray().to_dataframe()`, which has `to_csv(path)` and others"
@@ -140,6 +184,19 @@ def of_package(name: str, known: Iterable[str]) -> str:
     names = list(known)
     close = next((each for each in names if each.lower() == name.lower()), None) or meant(name, names)
     return f"; did you mean {close!r}?" if close else ""
+
+
+def of_module(module: str, name: str, known: Iterable[str], instead: Mapping[str, str]) -> str:
+    """The message about a name that a module does not have, with the one to use."""
+    missing = f"module {module!r} has no attribute {name!r}"
+    if name in instead:
+        return f"{missing}; use {module}.{instead[name]}"
+    from .._lissom import meant
+
+    names = list(known)
+    close = next((each for each in names if each.lower() == name.lower()), None)
+    close = close or (None if name.startswith("_") else meant(name, names))
+    return f"{missing}; did you mean {close!r}?" if close else missing
 
 
 def of_suffix(suffix: str, instead: Mapping[str, str], asked: str) -> str:

@@ -20,6 +20,7 @@ from .._lissom import (
     MotionResult,
     Robot,
     StaticsResult,
+    check_model,
 )
 from ..analysis.equilibria import EquilibriumSensitivityResult
 from ..analysis.fitted import FitResult, FittedData
@@ -134,8 +135,7 @@ def of_motion(result: MotionResult) -> NDArray[Any]:
 
 def of_statics(result: StaticsResult, model: Model) -> NDArray[Any]:
     """The equilibrium shape of the model."""
-    if not isinstance(model, Model):
-        raise TypeError(f"model: a {type(model).__name__} is not a model")
+    check_model(model, "model")
     coordinates(model, len(result.q))
     if not np.isfinite(result.q).all():
         raise ValueError(f"result: its coordinates are not finite; {result.message}")

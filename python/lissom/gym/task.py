@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, TypedDict
+from typing import Any, ClassVar, Self, TypedDict
 
 import numpy as np
 from gymnasium.spaces import Box
@@ -30,11 +30,11 @@ OUT_OF_BOUNDS = "out_of_bounds"
 
 @dataclass(frozen=True)
 class Start:
-    """Initial state of an episode: coordinates (n,), velocities (n,), and the goal."""
+    """Initial state of an episode: coordinates (n,), velocities (n,), and the goal (m,), if there is one."""
 
     q: Array
     v: Array
-    goal: Array
+    goal: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -96,6 +96,22 @@ class Method(TypedDict):
     atol: float
 
 
+#: What tasks define.
+METHODS = {
+    "start": "def start(self, robot, random): return Start(q, v)",
+    "inputs": "def inputs(self, actions): return u",
+    "outcome": "def outcome(self, states): return Outcome(observations, rewards)",
+}
+
+#: What they have as attributes.
+ATTRIBUTES = {
+    "robot": "a Robot",
+    "channels": "bounds of the observations by name",
+    "dt": "the step in seconds",
+    "control_step": "the duration of an action in seconds",
+}
+
+
 class Task(ABC):
     """Definition of an environment; subclass it for your own.
 
@@ -137,6 +153,13 @@ class Task(ABC):
     max_episode_steps: ClassVar[int]
     failed_reward: ClassVar[float] = 0.0
     window: ClassVar[tuple[tuple[float, float, float], tuple[float, float, float]] | None] = None
+
+    def __new__(cls, *_: Any, **__: Any) -> Self:
+        """A task that has all of its methods."""
+        missing = [f"`{METHODS[name]}`" for name in METHODS if name in cls.__abstractmethods__]
+        if missing:
+            raise TypeError(f"{cls.__name__} is a task without {', '.join(missing)}: define it in a subclass")
+        return super().__new__(cls)
 
     @abstractmethod
     def start(self, robot: Robot, random: np.random.Generator) -> Start:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from .._lissom import Model
 from .balance import Balance
 from .reach import Reach
 from .swim import Swim
-from .task import Task
+from .task import ATTRIBUTES, METHODS, Task
 
 TASKS: dict[str, type[Task]] = {"reach": Reach, "balance": Balance, "swim": Swim}
 
@@ -21,13 +22,29 @@ def task_of(task: Task | str) -> Task:
         If the name is unknown, or the argument is something else.
     """
     if isinstance(task, Task):
+        _check_attributes(task)
         _check_actions(task)
         return task
+    if isinstance(task, type) and issubclass(task, Task):
+        raise TypeError(f"task: expected a Task, got the class: write {task.__name__}()")
+    if isinstance(task, Model):
+        parts = ", ".join(f"`{part}`" for part in (*ATTRIBUTES, *METHODS.values()))
+        raise TypeError(
+            f"task: expected a Task or a name, got {type(task).__name__}; a task has a robot and rewards it: "
+            f"`class Mine(lissom.gym.Task)` with {parts}"
+        )
     if not isinstance(task, str):
         raise TypeError(f"task: expected a Task or a name, got {type(task).__name__}")
     if task not in TASKS:
         raise ValueError(f"task: expected one of {', '.join(TASKS)}, got {task!r:.60}")
     return TASKS[task]()
+
+
+def _check_attributes(task: Task) -> None:
+    """Refuse a task without what it needs."""
+    missing = [f"{name} ({what})" for name, what in ATTRIBUTES.items() if not hasattr(task, name)]
+    if missing:
+        raise TypeError(f"{type(task).__name__}: a task needs the attributes {', '.join(missing)}")
 
 
 def _check_actions(task: Task) -> None:

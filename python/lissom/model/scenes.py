@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import re
 import tomllib
+import warnings
 from dataclasses import replace
 from functools import singledispatch
 from typing import TYPE_CHECKING, Any
 
-from .._lissom import Load, Robot, Rod, Scene, SpringPendulum, Weld
+from .._lissom import Load, Robot, Rod, Scene, SceneError, SpringPendulum, Weld
 from ..common.arguments import number, path_of, text, vector
+from . import paths
 from .paths import toml
 
 if TYPE_CHECKING:
     import os
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
     from pathlib import Path
 
     from numpy.typing import ArrayLike
@@ -45,6 +47,35 @@ def to_scene(
     }
     blocks = ["version = 1\n", *_of_model(model, name, states), _keys(settings, "[simulation]")]
     return Scene.loads("\n".join(blocks), name)
+
+
+def changed(text: str, values: Mapping[str, Any], name: str, imports: Mapping[str, bytes]) -> Scene:
+    """A scene with other values of some keys, by their paths.
+
+    Raises ValueError if a path does not exist or the scene becomes invalid.
+    """
+    document = tomllib.loads(text)
+    for path, value in values.items():
+        parts = paths.parts(path)
+        if parts[0] == "import" and "urdf" in parts[1:]:
+            raise ValueError(f"{path}: an imported file is read with the scene: write a scene for each file")
+        paths.set_in_document(document, parts, value)
+    with warnings.catch_warnings():
+        # The warnings were issued when the scene was read.
+        warnings.simplefilter("ignore")
+        try:
+            return Scene.loads(paths.document_text(document), name, imports=dict(imports))
+        except SceneError as error:
+            raise ValueError(_in_words(error)) from None
+
+
+def _in_words(error: SceneError) -> str:
+    """The problems of a generated scene, without line numbers."""
+    problems = [
+        f"{problem.key}: {problem.wrong}" + (f"; {problem.right}" if problem.right else "")
+        for problem in error.problems
+    ]
+    return " / ".join(problems)
 
 
 def _plain(value: Any, key: str) -> Any:

@@ -18,6 +18,7 @@ from .._lissom import (
     Robot,
     StaticsResult,
     __version__,
+    check_model,
 )
 from ..analysis.equilibria import EquilibriumSensitivityResult
 from ..analysis.fitted import FitResult, FittedData
@@ -49,8 +50,7 @@ def coordinates(model: Model | None, n: int) -> list[Coordinate]:
     """Descriptions of the coordinates; only their indices if the model is not known."""
     if model is None:
         return [Coordinate(f"q{i}", "", "coordinate") for i in range(n)]
-    if not isinstance(model, Model):
-        raise TypeError(f"model: a {type(model).__name__} is not a model")
+    check_model(model, "model")
     if model.n != n:
         raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
     return list(view(model).coordinates)

@@ -23,6 +23,7 @@ from .._lissom import (
     Scene,
     StaticsResult,
     __version__,
+    check_model,
     inputs_by_name,
     modes,
     statics,
@@ -122,8 +123,7 @@ def setting_for(
 ) -> Setting:
     """The model given for a result, validated, at the time and with the inputs of the result by default."""
     n = _coordinates(found)
-    if not isinstance(model, Model):
-        raise TypeError(f"model: a {type(model).__name__} is not a model")
+    check_model(model, "model")
     if model.n != n:
         raise ValueError(f"model: it has {model.n} coordinates, the result has {n}")
     if t is None:

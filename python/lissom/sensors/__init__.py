@@ -11,6 +11,8 @@ Without noise, `read` and `record` agree bit for bit. With noise of the same see
 is additive (that of orientations is a rotation).
 """
 
+from typing import TYPE_CHECKING, NoReturn
+
 from .actuators import ActuatorForce, ActuatorLength
 from .contacts import ContactForce, Tactile
 from .forces import ForceTorque
@@ -37,3 +39,25 @@ __all__ = [
     "Tactile",
     "Velocimeter",
 ]
+
+#: Instruments in words of other programs.
+INSTEAD = {
+    **dict.fromkeys(("IMU", "InertialMeasurementUnit"), "Imu"),
+    **dict.fromkeys(("TendonLength", "CableLength", "StringPot"), "ActuatorLength"),
+    **dict.fromkeys(("TendonForce", "TendonTension", "Tension", "Pressure", "MotorTorque"), "ActuatorForce"),
+    **dict.fromkeys(("LoadCell", "ForceSensor", "FTSensor", "Force", "Torque", "Wrench"), "ForceTorque"),
+    **dict.fromkeys(("Position", "FramePos", "Mocap", "MotionCapture", "Tip"), "Marker"),
+    **dict.fromkeys(("Pose", "Frame", "Orientation", "FrameQuat"), "PoseTracker"),
+    "Gyro": "Gyroscope",
+    **dict.fromkeys(("JointPosition", "JointPos", "Angle", "Potentiometer"), "Encoder"),
+    **dict.fromkeys(("JointVelocity", "JointVel"), "Tachometer"),
+    **dict.fromkeys(("Touch", "TouchSensor", "Contact"), "ContactForce"),
+    **dict.fromkeys(("FlexSensor", "BendSensor", "FBG", "ShapeSensor", "Curvature"), "CurvatureSensor"),
+}
+
+if not TYPE_CHECKING:
+
+    def __getattr__(name: str) -> NoReturn:
+        from ..common.elsewhere import of_module
+
+        raise AttributeError(of_module(__name__, name, __all__, INSTEAD), name=name)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import Robot, finite_array, inputs_by_name
-from ..common.arguments import text, whole
+from ..common.arguments import explaining, text, whole
 from . import states
 from .line import Line
 from .states import States
@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     from ..common.arguments import InputRows, Inputs
 
 Array = NDArray[np.float64]
+
+
+#: What takes objects that have a state.
+OF_OBJECTS = (
+    "a state is t, q, v, a and u; `observe(simulation)` reads a simulation, `record(result)` a whole run"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +111,7 @@ class Sensor(ABC):
     def units(self) -> tuple[str, ...]:
         """Units of the channels."""
 
+    @explaining(q=OF_OBJECTS)
     def measure(
         self,
         t: ArrayLike,
@@ -137,6 +144,7 @@ class Sensor(ABC):
         values = self._ideal(given)
         return values[0] if is_one else values
 
+    @explaining(q=OF_OBJECTS)
     def read(
         self,
         t: float,

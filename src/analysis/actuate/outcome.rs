@@ -6,6 +6,7 @@ use crate::analysis::stability::{Stability, Verdict};
 use crate::analysis::statics;
 use crate::model::InvalidShape;
 use crate::numerics::roots::least_squares::{Counters, End};
+use crate::robot::effects::actuator::{Actuator, Motor, MotorCommand};
 use crate::robot::{Pose, Robot};
 
 /// Status of the search.
@@ -94,11 +95,25 @@ pub struct Found {
     pub equilibria: usize,
 }
 
+/// What to do where constant torques hold no posture.
+const HELD_BY_TORQUES: &str = " Constant torques hold no raised arm, which falls when disturbed: \
+     `robot.inverse_dynamics(q, 0 * q, 0 * q)` has the torques of a posture, such as the `q` of `robot.reach(target)`, for a controller \
+     that keeps it there.";
+
+/// Whether inputs set torques of motors, which do not hold joints in their places.
+fn is_held_by_torques(robot: &Robot) -> bool {
+    let is_torque = |actuator: &Actuator| match actuator {
+        Actuator::Motor(Motor { command: MotorCommand::Torque(torque), .. }) => torque.input().is_some(),
+        _ => false,
+    };
+    robot.actuators.iter().any(is_torque)
+}
+
 /// Why no equilibrium was found beyond some inputs.
 fn reason(no_equilibrium: Option<NoEquilibrium>, robot: &Robot) -> String {
     match no_equilibrium {
         Some(NoEquilibrium::Limit) | None => {
-            "beyond these inputs it buckles or snaps to another shape".to_owned()
+            "beyond these inputs it is unstable, and buckles or snaps to another shape".to_owned()
         }
         Some(NoEquilibrium::Continuation(statics::Status::Invalid(InvalidShape::Inverted { .. }))) => {
             "beyond these inputs a rod would be turned inside out".to_owned()
@@ -114,7 +129,7 @@ fn reason(no_equilibrium: Option<NoEquilibrium>, robot: &Robot) -> String {
             robot.contacts[contact].name
         ),
         Some(NoEquilibrium::Continuation(_)) => {
-            "beyond these inputs its equilibria cannot be followed: it buckles or snaps there, or nearly so"
+            "beyond these inputs its equilibria cannot be followed: it becomes unstable, and buckles or snaps there, or nearly so"
                 .to_owned()
         }
     }
@@ -158,7 +173,8 @@ pub(super) fn message(
         }
         Status::EquilibriumLost => {
             let why = reason(no_equilibrium, robot);
-            format!("The search ended before the targets: {why}. Start from other inputs `u`.")
+            let by_torques = if is_held_by_torques(robot) { HELD_BY_TORQUES } else { "" };
+            format!("The search ended before the targets: {why}. Start from other inputs `u`.{by_torques}")
         }
         Status::NoStart => {
             "There is no equilibrium at the initial inputs. Give other ones as `u`, or a shape `q0` near their \

@@ -202,6 +202,12 @@ pub(super) fn message(
 ) -> String {
     let mut message = status.message(end, model.facts().is_discretised);
     if status == Status::Finished || !status.is_success() {
+        if let Some(taut) = model.facts().taut_loops.first().filter(|_| status != Status::Finished) {
+            message += &format!(
+                " A chain that does not stretch is taut, exactly as long as its ends are apart ({taut}): no finite force holds it \
+                 against a load across. Give its rods modes of `stretch`, or a little more length."
+            );
+        }
         return message;
     }
     match verdict.map(|verdict| verdict.stability) {

@@ -87,6 +87,8 @@ pub struct Facts {
     pub free_lengths: usize,
     /// What each closed loop joins, in words for messages.
     pub loops: Vec<String>,
+    /// The same of loops that hold a chain that does not stretch taut, with its length.
+    pub taut_loops: Vec<String>,
 }
 
 impl Facts {
@@ -129,6 +131,7 @@ impl Facts {
             section_places: Vec::new(),
             free_lengths: 0,
             loops: Vec::new(),
+            taut_loops: Vec::new(),
         }
     }
 

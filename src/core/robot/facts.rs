@@ -1,6 +1,6 @@
 //! Facts of a robot: properties that do not change during a run.
 
-use super::description::{Robot, Spans};
+use super::description::{Robot, Spans, Tightness};
 use super::driven::Coordinates;
 use super::explain::text::significant;
 use super::kernel::{elasticity, sizes};
@@ -60,6 +60,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         springs: 6 * robot.supports.len(),
         length_tendons: sweeps.length_tendons().count(),
         loops: robot.loops.iter().map(|closed| joined_by(robot, closed)).collect(),
+        taut_loops: robot.loops.iter().filter_map(|closed| taut_between(robot, closed)).collect(),
         section_places: if are_sections_separate { sweeps.section_places() } else { Vec::new() },
         free_lengths: if are_lengths_free { sweeps.free_lengths() } else { 0 },
     }
@@ -74,6 +75,12 @@ fn sticking_time(robot: &Robot) -> f64 {
     robot.contacts.iter().filter_map(time_of).fold(f64::INFINITY, f64::min)
 }
 
+/// What a loop joins and how long that is, in words, if it is a straight line that cannot stretch.
+fn taut_between(robot: &Robot, closed: &Loop) -> Option<String> {
+    let (Tightness::Taut, [_, length]) = robot.tightness(closed)? else { return None };
+    Some(format!("{}: {} m", joined_by(robot, closed), significant(length)))
+}
+
 /// What a loop joins, in words.
 fn joined_by(robot: &Robot, closed: &Loop) -> String {
     let of_end = |end: &LoopEnd| match end.link {
@@ -83,11 +90,13 @@ fn joined_by(robot: &Robot, closed: &Loop) -> String {
     match &closed.tie {
         Tie::Joint { ends, .. } | Tie::Distance { ends, .. } => {
             let joined = ends.each_ref().map(of_end).join(" and ");
-            let too_short = robot.too_short(closed).map_or_else(String::new, |[apart, length]| {
-                let [apart, length] = [apart, length].map(significant);
-                format!(" ({apart} m apart, and what joins them is only {length} m long)")
-            });
-            joined + &too_short
+            match robot.tightness(closed) {
+                Some((Tightness::TooShort, ends)) => {
+                    let [apart, length] = ends.map(significant);
+                    format!("{joined} ({apart} m apart, and what joins them is only {length} m long)")
+                }
+                _ => joined,
+            }
         }
         Tie::Coordinates { coordinates, .. } => {
             let names = robot.coordinate_names();

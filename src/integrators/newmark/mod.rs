@@ -23,6 +23,7 @@
 //! # Ok::<(), lissom::error::InvalidInput>(())
 //! ```
 
+mod alternation;
 mod contraction;
 mod corrector;
 mod error_estimate;

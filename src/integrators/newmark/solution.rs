@@ -1,12 +1,13 @@
 //! Integration over an interval, with states at requested times.
 
+use super::alternation::Alternation;
 use super::linear_system::LinearSystem;
 use super::options::{Options, StepSize};
 use super::stepper::Stepper;
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::second_order::runaway;
 use crate::integrators::second_order::{
-    SecondOrderSystem, Solution, check_points, check_times, collect, points_in_memory, steps,
+    Failure, SecondOrderSystem, Solution, Status, check_points, check_times, collect, points_in_memory, steps,
 };
 
 /// Integrates the equations of motion over `t_span` from displacements `q0` and velocities `v0`. `t_eval` are
@@ -41,8 +42,23 @@ pub fn solve<S: SecondOrderSystem + ?Sized>(
         None => 1,
     };
     check_points(points, n)?;
-    let mut solution = collect(system, &mut stepper, n, points, t_eval, monitor);
-    if let Some(sentence) = runaway::sentence(&solution) {
+    let has_limit = options.step_size == StepSize::Fixed && options.scheme.stability_limit().is_finite();
+    let mut alternation = has_limit.then(|| Alternation::new(n));
+    let mut watching = |system: &mut S, stepper: &Stepper| {
+        if let Some(alternation) = &mut alternation {
+            alternation.step(stepper.t(), stepper.a());
+        }
+        monitor(system, stepper)
+    };
+    let mut solution = collect(system, &mut stepper, n, points, t_eval, &mut watching);
+    let is_over = matches!(
+        solution.status,
+        Status::Finished | Status::StepFailed(Failure::NotConverged | Failure::NonFinite)
+    );
+    if is_over && let Some(sentence) = alternation.and_then(|alternation| alternation.sentence()) {
+        solution.status = Status::Unstable;
+        solution.message = format!("{sentence} {}", stepper.explain(Status::Unstable));
+    } else if let Some(sentence) = runaway::sentence(&solution) {
         solution.message = format!("{sentence} {}", solution.message);
     }
     Ok(solution)

@@ -362,7 +362,9 @@ impl Stepper {
                 Time(self.t_end)
             ),
             Status::Interrupted => format!("The integration was stopped at t = {t}, as asked for."),
-            Status::Finished | Status::NoInitialAcceleration(_) => self.initial.explain(status),
+            Status::Finished | Status::NoInitialAcceleration(_) | Status::Unstable => {
+                self.initial.explain(status)
+            }
         }
     }
 }

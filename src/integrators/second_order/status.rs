@@ -30,6 +30,8 @@ pub enum Status {
     StepFailed(Failure),
     /// The tolerances, or equations that could not be solved, require a step smaller than allowed.
     StepTooSmall,
+    /// A vibration has grown because steps exceed the limit of stability of the method.
+    Unstable,
     /// The limit of steps was reached.
     TooManySteps,
     /// The equations of motion or the monitor requested a stop.
@@ -52,6 +54,7 @@ impl Status {
             Self::StepFailed(Failure::NonFinite) => "non_finite",
             Self::StepFailed(Failure::PassedThrough) => "passed_through",
             Self::StepTooSmall => "step_too_small",
+            Self::Unstable => "unstable",
             Self::TooManySteps => "too_many_steps",
             Self::Interrupted => "interrupted",
         }

@@ -4,7 +4,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::super::callback::{call, requests_stop};
+use super::super::callback::{Form, call, requests_stop};
 use super::super::convert;
 
 /// Receiver of the number of finished runs.
@@ -40,7 +40,10 @@ impl Progress {
     pub(super) fn report(&self, py: Python<'_>, done: usize) -> PyResult<bool> {
         match self {
             Self::Nobody => Ok(false),
-            Self::Callable(function) => requests_stop(py, call(function.bind(py), (done,))),
+            Self::Callable(function) => {
+                let form = Form { name: "progress", arguments: "done", args: None };
+                requests_stop(py, call(form, function.bind(py), (done,)))
+            }
             Self::Bar(bar) => {
                 let bar = bar.bind(py);
                 let shown: usize = bar.getattr("n")?.extract()?;

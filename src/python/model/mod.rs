@@ -1,6 +1,7 @@
 //! The base class of all models: [`crate::model::Model`] with checked arrays.
 
 mod energy;
+mod given;
 mod native;
 mod stepped;
 
@@ -24,6 +25,7 @@ use crate::python::words::required;
 use crate::robot::{Robot, RobotModel};
 
 pub(super) use self::energy::PyEnergy;
+pub(super) use self::given::{MODEL, check_model, model_of, not_a_model, of_file};
 pub(super) use self::native::Native;
 pub(super) use self::stepped::Stepped;
 

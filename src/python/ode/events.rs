@@ -61,7 +61,7 @@ fn from_callable(
         Some(value) if !value.is_none() => count(&value, place)?,
         _ => None,
     };
-    let function = Function::new(event, args);
+    let function = Function::new("event", event, args);
     let name = place.to_owned();
     let evaluate = move |t: f64, y: &[f64]| {
         raised.catch(Python::attach(|py| {

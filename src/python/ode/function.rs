@@ -6,22 +6,33 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyInt, PyList, PyTuple};
 
-use super::super::callback::call;
+use super::super::callback::{Form, call};
 use super::super::convert;
 use crate::numerics::linalg::Matrix;
+
+/// Arguments of functions of a state.
+const STATE: &str = "t, y";
 
 /// Calls `fun(t, y, *args)`. Every call gets a new array: creating it is cheaper than checking whether the
 /// previous one was kept.
 #[derive(Debug)]
 pub(super) struct Function {
+    form: Form<'static>,
     fun: Py<PyAny>,
     args: Option<Py<PyTuple>>,
 }
 
 impl Function {
-    pub(super) fn new(fun: &Bound<'_, PyAny>, args: Option<&Bound<'_, PyTuple>>) -> Self {
+    pub(super) fn new(name: &'static str, fun: &Bound<'_, PyAny>, args: Option<&Bound<'_, PyTuple>>) -> Self {
         let args = args.filter(|args| !args.is_empty());
-        Self { fun: fun.clone().unbind(), args: args.map(|args| args.clone().unbind()) }
+        let form = Form { name, arguments: STATE, args: Some(args.map_or(0, PyTupleMethods::len)) };
+        Self { form, fun: fun.clone().unbind(), args: args.map(|args| args.clone().unbind()) }
+    }
+
+    /// A function that takes no `args`.
+    pub(super) fn callback(fun: &Bound<'_, PyAny>) -> Self {
+        let form = Form { name: "callback", arguments: STATE, args: None };
+        Self { form, fun: fun.clone().unbind(), args: None }
     }
 
     pub(super) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
@@ -47,11 +58,11 @@ impl Function {
     fn call_with<'py>(&self, py: Python<'py>, t: f64, y: Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         let fun = self.fun.bind(py);
         match &self.args {
-            None => call(fun, (t, y)),
+            None => call(self.form, fun, (t, y)),
             Some(args) => {
                 let mut arguments = vec![t.into_pyobject(py)?.into_any(), y];
                 arguments.extend(args.bind(py).iter());
-                call(fun, PyTuple::new(py, arguments)?)
+                call(self.form, fun, PyTuple::new(py, arguments)?)
             }
         }
     }

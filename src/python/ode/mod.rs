@@ -166,11 +166,8 @@ pub(super) fn solve_ivp<'py>(
     if let Some(atol) = atol {
         options.atol = options::tolerance(atol, "atol")?;
     }
-    let mut output = Output {
-        t_eval: t_eval.map(|times| convert::vector(times, "t_eval")).transpose()?,
-        dense: dense_output,
-        ..Output::default()
-    };
+    let mut output =
+        Output { t_eval: super::motion::times(t_eval)?, dense: dense_output, ..Output::default() };
     if let Some(event_samples) = event_samples {
         output.event_samples = convert::count(event_samples, "event_samples")?;
     }
@@ -186,7 +183,7 @@ pub(super) fn solve_ivp<'py>(
         // The system itself checks for signals.
         py.detach(|| solve(&mut system, t_span, &y0, &options, &output, &mut [], &mut |_| Ok(())))
     } else {
-        let callback = callback.map(|callback| Function::new(callback, None));
+        let callback = callback.map(Function::callback);
         run_attached(py, &mut system, t_span, &y0, (&options, &output), &mut events, callback, &raised)
     };
     let solution = solution.or_raise()?;
@@ -201,13 +198,14 @@ pub(super) fn solve_ivp<'py>(
 
 pub(super) fn interval(t_span: &Bound<'_, PyAny>) -> PyResult<(f64, f64)> {
     const EXPECTED: &str = "two numbers, (t0, tf)";
-    match convert::numbers(t_span, "t_span", EXPECTED)?.values[..] {
-        [t0, tf] => Ok((t0, tf)),
-        _ => Err(PyTypeError::new_err(format!(
-            "t_span: expected {EXPECTED}, got {}",
-            convert::describe(t_span)
-        ))),
-    }
+    let instead = match convert::numbers(t_span, "t_span", EXPECTED)?.values[..] {
+        [t0, tf] => return Ok((t0, tf)),
+        [tf] => format!("; from zero it is (0, {tf:?})"),
+        [t0, .., tf] => format!("; times of the result are `t_eval`, beside t_span=({t0:?}, {tf:?})"),
+        [] => String::new(),
+    };
+    let found = convert::describe(t_span);
+    Err(PyTypeError::new_err(format!("t_span: expected {EXPECTED}, got {found}{instead}")))
 }
 
 /// Integration with calls of Python functions.

@@ -119,7 +119,7 @@ impl PySystem {
         }
         let args = args.map(unpack).transpose()?;
         let jacobian = Jacobian::find(jac, n, args.as_ref(), numbers.as_deref())?;
-        let function = Function::new(fun, args.as_ref());
+        let function = Function::new("fun", fun, args.as_ref());
         let rhs =
             if vectorized { RightHandSide::Vectorized(function) } else { RightHandSide::Python(function) };
         Ok(Self::of(n, rhs, jacobian, raised))
@@ -187,7 +187,7 @@ impl Jacobian {
             return Ok(Self::Compiled(compiled, vec![0.0; n * n]));
         }
         if jac.is_callable() {
-            return Ok(Self::Python(Function::new(jac, args)));
+            return Ok(Self::Python(Function::new("jac", jac, args)));
         }
         Ok(Self::Constant(matrix_of(jac, (n, n), "jac")?))
     }

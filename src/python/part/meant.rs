@@ -2,10 +2,11 @@
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyFloat, PyInt, PySequence, PyString, PyTuple};
+use pyo3::types::{PyBool, PyFloat, PyInt, PySequence, PyString, PyTuple};
 
 use crate::description::schema::{Field, Kind, Schema, did_you_mean};
 use crate::error::shortened;
+use crate::numerics::lie::{Quaternion, Rotation, Vector};
 use crate::python::convert;
 
 /// The refusal of the first positional argument that does not fit, if it fits a later parameter, or together with those that follow it
@@ -41,6 +42,31 @@ pub(super) fn misplaced(
     let shown = shortened(&shown);
     let text = error.value(py).to_string();
     Some(PyTypeError::new_err(format!("{text}; did you mean {name}={shown}? It is the {meaning}")))
+}
+
+/// The refusal of a rotation matrix in place of a quaternion, which it has.
+pub(super) fn quaternion_of(object: &Bound<'_, PyAny>, count: usize, error: &PyErr) -> Option<PyErr> {
+    let matrix = if count == 4 { convert::matrix_of(object, (3, 3), "").ok()? } else { return None };
+    let column = |j: usize| Vector { x: matrix[(0, j)], y: matrix[(1, j)], z: matrix[(2, j)] };
+    let rotation = Rotation { x: column(0), y: column(1), z: column(2) };
+    let Quaternion { w, v: Vector { x, y, z } } = Quaternion::of_rotation(&rotation);
+    let text = error.value(object.py());
+    let shown = [w, x, y, z].map(|entry| format!("{entry:?}")).join(", ");
+    Some(PyTypeError::new_err(format!("{text}; the quaternion (w, x, y, z) of this matrix is ({shown})")))
+}
+
+/// The refusal of a number in place of a vector in space, with the vector along z, or of False in place of none.
+pub(super) fn along_z(object: &Bound<'_, PyAny>, name: &str, count: usize, error: &PyErr) -> Option<PyErr> {
+    let is_false = object.is_instance_of::<PyBool>() && !object.is_truthy().ok()?;
+    let is_number = object.is_instance_of::<PyFloat>() || object.is_exact_instance_of::<PyInt>();
+    if count != 3 || !(is_false || is_number) {
+        return None;
+    }
+    let (text, found) = (error.value(object.py()), convert::describe_entry(object));
+    let points_down = name == "gravity" && object.extract::<f64>().is_ok_and(|number| number > 0.0);
+    let sign = if points_down { "-" } else { "" };
+    let meant = if is_false { "none is (0, 0, 0)" } else { &format!("along z it is (0, 0, {sign}{found})") };
+    Some(PyTypeError::new_err(format!("{text}; {meant}")))
 }
 
 /// The part that numbers in its place describe, if only one of these kinds has one argument of so many: "lissom.Along(offset=(0, 0.01))".

@@ -153,7 +153,7 @@ impl PyPart {
             return Ok(Self { part: part.clone(), functions: functions.clone_ref(cls.py()) });
         }
         let Some(schema) = cls.getattr_opt(pyo3::intern!(cls.py(), "_schema"))? else {
-            return Err(PyTypeError::new_err(format!("{} is the base of other classes", cls.name()?)));
+            return Err(base_of_others(cls)?);
         };
         let schema = schema.cast::<PySchema>()?.get().0;
         let mut functions = Functions::default();
@@ -298,9 +298,23 @@ pub(super) fn describe_model(
     Ok(())
 }
 
+/// The error of a call of a base class, with the classes that can be called.
+fn base_of_others(cls: &Bound<'_, PyType>) -> PyResult<PyErr> {
+    let name = cls.name()?.to_string();
+    let of_base = PARTS.iter().filter(|schema| schema.base == name);
+    let shown = |schema: &&Schema| {
+        let arguments: Vec<_> = schema.names().take(schema.positional).collect();
+        format!("lissom.{}({})", schema.maker(), arguments.join(", "))
+    };
+    let makers: Vec<_> = of_base.map(shown).collect();
+    let others = if makers.is_empty() { String::new() } else { format!(": {}", makers.join(", ")) };
+    Ok(PyTypeError::new_err(format!("{name} is the base of other classes{others}")))
+}
+
 /// The class of a part, as users find it in this module.
 fn class<'py>(
     schema: &'static Schema,
+    kind: &Bound<'py, PyType>,
     base: &Bound<'py, PyType>,
     module: &str,
 ) -> PyResult<Bound<'py, PyType>> {
@@ -328,9 +342,15 @@ fn class<'py>(
     for (index, field) in schema.fields.iter().enumerate() {
         items.set_item(field.name, PyField { index, description: part_in, doc: field.meaning() })?;
     }
-    let made = PyType::type_object(py).call1((name, (base,), items))?;
+    let made = kind.call1((name, (base,), items))?;
     made.setattr("__doc__", doc)?;
     Ok(made.cast_into()?)
+}
+
+/// The class of the classes of parts, to which the package adds what it says of names that these do not have.
+fn kind_of_classes(py: Python<'_>) -> PyResult<Bound<'_, PyType>> {
+    let kind = PyType::type_object(py);
+    Ok(kind.call1(("PartType", (&kind,), PyDict::new(py)))?.cast_into()?)
 }
 
 /// The fields as `dataclasses.fields` and `dataclasses.replace` read them.
@@ -395,6 +415,7 @@ pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     let py = module.py();
     // All parts are dataclasses for `dataclasses.replace`, whichever they are.
     PyPart::type_object(py).setattr("__dataclass_fields__", PyDict::new(py))?;
+    let kind = kind_of_classes(py)?;
     // Methods have names of other classes of this module.
     let methods = PyModule::new(py, "lissom._lissom._methods")?;
     let lists = [(&PARTS[..], module, "lissom"), (&METHODS[..], &methods, "lissom.methods")];
@@ -402,7 +423,7 @@ pub(super) fn add_classes(module: &Bound<'_, PyModule>) -> PyResult<()> {
     for (schemas, module, name) in lists {
         for schema in schemas {
             let base = base(module, schema.base)?;
-            let class = class(schema, &base, name)?;
+            let class = class(schema, &kind, &base, name)?;
             match schema.is_nested {
                 true => base.setattr(schema.tag, &class)?,
                 false => module.add(schema.name, &class)?,

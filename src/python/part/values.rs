@@ -1,5 +1,6 @@
 //! Conversion of Python objects to values of descriptions and back, by the kinds of fields.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::PyArray2;
@@ -7,7 +8,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyMapping, PySequence, PyString, PyTuple};
 
-use super::meant::{misplaced, part_of_numbers};
+use super::meant::{along_z, misplaced, part_of_numbers, quaternion_of};
 use super::object::{PyPart, wrapped};
 use crate::description::schema::{
     AnyPart, Data as _, Field, Kind, Schema, Value, suggestion, unexpected, within,
@@ -15,6 +16,7 @@ use crate::description::schema::{
 use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
+use crate::python::model::of_file;
 use crate::python::profile::{self, along_rod, along_rod_out, along_segment, along_segment_out};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::python::words::no_missing;
@@ -132,19 +134,10 @@ pub(super) fn value_of(
         Kind::Array(distance @ Kind::AlongRod(_), count) => {
             distances_of(object, name, distance, *count, functions)
         }
-        Kind::Array(_, count) => Ok(numbers(convert::vector_of(object, *count, name)?)),
+        Kind::Array(_, count) => array_of(object, name, *count),
         Kind::List(Kind::Number) => Ok(numbers(convert::vector(object, name)?)),
         Kind::List(inner @ (Kind::Part(_) | Kind::OneOf(..))) => {
-            let items = items_of(object, name, &format!("a sequence of lissom.{}", classes_of(inner)))?;
-            list_of(&items, name, inner, functions).map_err(|error| {
-                // Numbers without the part and the list around them.
-                part_of_numbers(object, kinds_of(inner)).map_or(error, |meant| {
-                    let classes = classes_of(inner);
-                    PyTypeError::new_err(format!(
-                        "{name}: expected a sequence of lissom.{classes}, got numbers{meant}"
-                    ))
-                })
-            })
+            parts_of_list(object, name, inner, functions)
         }
         Kind::List(rows) => rows_of(object, name, rows),
         Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
@@ -192,6 +185,47 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+/// A vector of this number of entries.
+fn array_of(object: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Value> {
+    let meant = |error| {
+        let quaternion = quaternion_of(object, count, &error);
+        quaternion.or_else(|| along_z(object, name, count, &error)).unwrap_or(error)
+    };
+    convert::vector_of(object, count, name).map(numbers).map_err(meant)
+}
+
+/// A sequence of parts of this kind.
+fn parts_of_list(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    inner: &Kind,
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    let expected = format!("a sequence of lissom.{}", classes_of(inner));
+    if matches!(inner.schema().map(Schema::class), Some("Link" | "Segment"))
+        && let Some(reader) = object.extract::<PathBuf>().ok().and_then(|path| of_file(&path))
+    {
+        let found = convert::describe(object);
+        return Err(PyTypeError::new_err(format!("{name}: expected {expected}, got {found}; {reader}")));
+    }
+    if object.is_instance_of::<PyPart>() {
+        let found = convert::describe(object);
+        let message =
+            format!("{name}: expected {expected}, got {found}; one of them stands in brackets: [...]");
+        return Err(PyTypeError::new_err(message));
+    }
+    let items = items_of(object, name, &expected)?;
+    list_of(&items, name, inner, functions).map_err(|error| {
+        // Numbers without the part and the list around them.
+        part_of_numbers(object, kinds_of(inner)).map_or(error, |meant| {
+            let classes = classes_of(inner);
+            PyTypeError::new_err(format!(
+                "{name}: expected a sequence of lissom.{classes}, got numbers{meant}"
+            ))
+        })
+    })
 }
 
 /// A number of that kind, or one of the words.

@@ -7,13 +7,13 @@ use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString, PyTuple};
+use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
 
 use super::super::arguments;
 use super::super::callback::or_raised;
 use super::super::convert;
-use super::super::inputs::{mapping_of, set_named};
-use super::super::model::{PyEnergy, PyModel};
+use super::super::inputs::{mapping_of, or_rows, set_named};
+use super::super::model::{PyEnergy, PyModel, model_of};
 use super::super::record::{self, Reduced};
 use super::super::simulate::{MethodOf, OptionArguments, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
@@ -145,14 +145,9 @@ impl PySimulation {
         #[pyo3(from_py_with = arguments::optional_number::max_seconds)] max_seconds: Option<f64>,
         others: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        model.map(|model| model_of(model, "model")).transpose()?;
         let (model, dt) = required!("Simulation", others; more, model, dt);
-        let py = model.py();
-        let Ok(model) = model.cast::<PyModel>() else {
-            return Err(PyTypeError::new_err(format!(
-                "model: expected a Model (Rod, Robot, SpringPendulum), got {}",
-                convert::describe(model)
-            )));
-        };
+        let (py, model) = (model.py(), model_of(model, "model")?);
         let (n, options) = (model.get().n(), PyDict::new(py));
         options.set_item("dt", dt)?;
         let chosen = method.map_or_else(|| PyString::new(py, "newmark").into_any(), Clone::clone);
@@ -243,6 +238,17 @@ impl PySimulation {
         no_others("Simulation.step", others)?;
         let memory = &mut *self.memory()?;
         if let Some(u) = u {
+            if u.is_callable() {
+                return Err(PyTypeError::new_err(
+                    "u: got a function, expected its values now: write `simulation.step(u(simulation.t), dt)`",
+                ));
+            }
+            if u.is_instance_of::<PyFloat>() && memory.inputs.len() != 1 {
+                return Err(PyTypeError::new_err(
+                    "u: got a number, expected inputs; the second argument is the duration: \
+                     `simulation.step(None, duration)` leaves the inputs as they are",
+                ));
+            }
             match mapping_of(u) {
                 Some(mapping) => {
                     let names = self.model.get().input_names();
@@ -250,7 +256,12 @@ impl PySimulation {
                     set_named(mapping, &names, &mut inputs, "u")?;
                     memory.inputs = inputs;
                 }
-                None => convert::finite_vector_into(u, &mut memory.inputs, "u")?,
+                None => {
+                    let m = memory.inputs.len();
+                    let instead = |_| "step by each row: `for row in u: simulation.step(row, dt)`".to_owned();
+                    convert::finite_vector_into(u, &mut memory.inputs, "u")
+                        .map_err(|error| or_rows(u, m, error, instead))?;
+                }
             }
         }
         let end = memory.run.end_of(duration).or_raise()?;

@@ -30,8 +30,6 @@ pub enum Status {
     Chattering,
     /// Stability would require an unreasonable number of steps of an explicit method.
     Stiff,
-    /// A vibration has grown in a conditionally stable method, because steps exceed its limit of stability.
-    Unstable,
     /// The limit of wall-clock time was reached.
     TimeLimit,
 }
@@ -51,7 +49,6 @@ impl Status {
             | Self::Singular
             | Self::Chattering
             | Self::Stiff
-            | Self::Unstable
             | Self::TimeLimit => false,
         }
     }
@@ -78,7 +75,6 @@ impl Status {
             Self::Singular => "singular_position",
             Self::Chattering => "chattering",
             Self::Stiff => "stiff",
-            Self::Unstable => "unstable",
             Self::TimeLimit => "time_limit",
         }
     }

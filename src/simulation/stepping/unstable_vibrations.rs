@@ -8,6 +8,7 @@
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::{Number, Time};
 use crate::integrators::newmark::Scheme;
+use crate::integrators::second_order;
 use crate::model::Model;
 use crate::numerics::linalg::dot;
 use crate::numerics::tape::Tape;
@@ -94,7 +95,7 @@ impl UnstableVibrations {
             worst.rate.exp(),
             Time(state.t),
         );
-        Some(Stop { status: Status::Unstable, message })
+        Some(Stop { status: Status::SecondOrder(second_order::Status::Unstable), message })
     }
 
     /// Without vibrations, to be filled from a memory.

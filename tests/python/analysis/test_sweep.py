@@ -723,7 +723,7 @@ def test_the_file_that_a_scene_imports_is_no_parameter(tmp_path):
         'version = 1\n[import]\nurdf = "one.urdf"\n[simulation]\nt_end = 0.1\ndt = 0.01\n', encoding="utf-8"
     )
     scene = lissom.Scene.load(path)
-    with pytest.raises(ValueError, match=r"import\.urdf: all points of a sweep share the file"):
+    with pytest.raises(ValueError, match=r"import\.urdf: an imported file is read with the scene"):
         lissom.sweep(scene, {"import.urdf": ["one.urdf", "two.urdf"]}, workers=1)
     assert lissom.sweep(scene, {"simulation.dt": [0.01, 0.02]}, workers=1).sizes["simulation.dt"] == 2
 

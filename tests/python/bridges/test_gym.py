@@ -254,6 +254,64 @@ def test_a_task_gives_what_it_says_it_has():
             env.reset()
 
 
+def test_robots_and_classes_in_place_of_tasks_say_what_to_write():
+    with pytest.raises(
+        TypeError, match=r"got Rod; a task has a robot .*`class Mine\(lissom.gym.Task\)` with"
+    ):
+        lissom.gym.RobotEnv(lissom.gym.Reach().robot)
+    with pytest.raises(TypeError, match=r"got the class: write Reach\(\)"):
+        lissom.gym.RobotEnv(lissom.gym.Reach)
+
+
+class Raise(lissom.gym.Task):
+    """As the messages say: a motor lifts a link."""
+
+    robot = lissom.Robot(
+        [
+            lissom.Link(
+                "a", joint=lissom.Revolute((0, 1, 0), damping=0.1), body=lissom.Body(1.0, centre=(0.1, 0, 0))
+            )
+        ],
+        actuators=[lissom.Motor("a", torque=lissom.Input("torque"))],
+    )
+    channels = {"angle": 10.0}  # noqa: RUF012
+    dt, control_step, max_episode_steps = 0.01, 0.05, 100
+
+    def start(self, robot, random):
+        return lissom.gym.Start(np.zeros(1), np.zeros(1))
+
+    def inputs(self, actions):
+        return 2.0 * actions
+
+    def outcome(self, states):
+        return lissom.gym.Outcome(states.q, -np.abs(states.q[:, 0]))
+
+
+def test_a_task_without_a_goal_is_complete():
+    for env in (lissom.gym.RobotEnv(Raise()), lissom.gym.RobotVectorEnv(Raise(), 2)):
+        env.reset(seed=0)
+        observation, *_ = env.step(np.ones(env.action_space.shape))
+        assert (np.abs(observation) > 0).all()
+
+
+def test_tasks_say_what_they_lack():
+    class Half(lissom.gym.Task):
+        def inputs(self, actions):
+            return actions
+
+    with pytest.raises(
+        TypeError,
+        match=r"Half is a task without `def start\(self, robot, random\): .*`, `def outcome\(self, ",
+    ):
+        Half()
+
+    class Bare(Raise):
+        control_step = property()
+
+    with pytest.raises(TypeError, match=r"Bare: a task needs the attributes control_step \(the duration"):
+        lissom.gym.RobotEnv(Bare())
+
+
 def test_outcomes_are_of_their_class():
     task = lissom.gym.Balance()
     task.outcome = lambda states: 1.0

@@ -16,6 +16,7 @@ from lissom.cli.evidence import lab
 from lissom.cli.evidence.lab import part, pendulum, rod, roots
 from lissom.cli.evidence.lab.setup import LABS, Setup
 from lissom.cli.lab import command
+from lissom.drawing.report.page import Figure
 
 NOTEBOOK = Path(__file__).parents[3] / "docs" / "notebooks" / "6-the-lab.ipynb"
 
@@ -40,6 +41,23 @@ def test_all_figures_and_tables_are_there(parts):
     figures = [f"Figure {i}" for i in range(1, 10)]
     assert sorted(titles) == sorted([*figures, "Table 1", "Table 2", "Table 3"])
     assert [title for title in titles if title in figures] == figures
+
+
+def test_each_curve_of_figure_1_has_a_sign_of_its_own(parts):
+    curves = [
+        curve
+        for section in parts["roots"].sections[:1]
+        for figure in section.parts
+        if isinstance(figure, Figure)
+        for curve in figure.figure.curves
+    ]
+    signs = [
+        (curve.colour, curve.style if curve.joined else (curve.mark or "disc"))
+        for curve in curves
+        if curve.name
+    ]
+    assert len(signs) == 9
+    assert len(set(signs)) == len(signs)
 
 
 def test_double_roots_converge_linearly_and_the_maximum_is_no_root(parts):

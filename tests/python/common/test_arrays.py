@@ -413,7 +413,9 @@ def test_what_is_no_array_of_real_numbers_is_refused_with_its_place(kind):
 
 def test_vectors_are_asked_for_with_their_length():
     with pytest.raises(
-        TypeError, match=r"^gravity: expected a one-dimensional array of 3 real numbers, got float$"
+        TypeError,
+        match=r"^gravity: expected a one-dimensional array of 3 real numbers, got float; along z it is "
+        r"\(0, 0, -9.81\)$",
     ):
         lissom.Rod([WIRE], gravity=9.81)
     with pytest.raises(

@@ -3,9 +3,11 @@
 import copy
 import pickle
 
+import numpy as np
 import pytest
 
 import lissom
+from lissom import sensors
 from lissom.analysis import linear, many
 from lissom.attached.missing import INSTEAD
 from lissom.common.elsewhere import NAMES, OTHERS, READ, WRITTEN
@@ -35,6 +37,21 @@ def test_misspelt_names_are_answered_with_the_right_ones():
             getattr(lissom, name)
 
 
+@pytest.mark.parametrize("name", sensors.INSTEAD)
+def test_instruments_of_other_programs_lead_to_sensors(name):
+    assert name not in vars(sensors)
+    assert sensors.INSTEAD[name] in sensors.__all__
+    with pytest.raises(
+        AttributeError, match=f"no attribute '{name}'; use lissom.sensors.{sensors.INSTEAD[name]}$"
+    ):
+        getattr(sensors, name)
+    for misspelt, right in (("imu", "Imu"), ("Gyroscop", "Gyroscope")):
+        with pytest.raises(AttributeError, match=f"did you mean '{right}'"):
+            getattr(sensors, misspelt)
+    with pytest.raises(AttributeError, match=r"no attribute '__path_of_it__'$"):
+        _ = sensors.__path_of_it__
+
+
 def rod():
     return lissom.Rod([lissom.Segment(0.2, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 2})])
 
@@ -52,6 +69,9 @@ MADE = {
     lissom.MotionResult: lambda: lissom.simulate(rod(), 0.02),
     lissom.StaticsResult: lambda: lissom.statics(rod()),
     lissom.ModesResult: lambda: lissom.modes(rod(), [0.0, 0.0]),
+    lissom.OdeResult: lambda: lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0]),
+    lissom.RootResult: lambda: lissom.root(lambda x: x - 1.0, 0.5),
+    lissom.Scene: lambda: rod().to_scene(t_end=0.02),
     lissom.Simulation: lambda: lissom.Simulation(rod(), dt=1e-2),
     lissom.EquilibriaResult: lambda: lissom.statics_many(rod(), q0=[[0, 0], [0.1, 0]]),
 }
@@ -72,6 +92,9 @@ def test_missing_attributes_say_what_to_use(kind):
         assert caught.value.name == name
     with pytest.raises(AttributeError, match=r"no attribute 'zzzz'$"):
         _ = made.zzzz
+    known = next(each for each in dir(made) if not each.startswith("_") and len(each) > 4)
+    with pytest.raises(AttributeError, match=rf"did you mean '{known}'\?$"):
+        getattr(made, f"{known}_")
     # What copies and pickles look for is not there, as before.
     assert isinstance(copy.deepcopy(made), kind)
     assert isinstance(pickle.loads(pickle.dumps(made)), kind)
@@ -84,11 +107,19 @@ def test_what_is_advised_works():
     assert len(motion.balance.total) == len(motion.balance.kinetic) == len(motion.t)
     assert rod().pose(rest.q)[:3, 3].shape == (3,)
     assert rod().energy(rest.q, 0 * rest.q).total == pytest.approx(rod().energy(rest.q, 0 * rest.q).total)
+    line = rod().pose(rest.q, np.linspace(0.0, 0.2, 50))[:, :3, 3]
+    assert line.shape == (50, 3)
+    assert len(rod().forward_dynamics(rest.q, 0 * rest.q)) == rod().n
+    assert lissom.solve_ivp(rod(), (0.0, 0.01), np.zeros(2 * rod().n)).success
+    assert len(np.linalg.eigvals(MADE[lissom.LinearModel]().A)) == 4
     many_rests = MADE[lissom.EquilibriaResult]()
     assert rod().pose(many_rests.q)[:, :3, 3].shape == (2, 3)
     assert many_rests[1].to_xarray().sizes
     for hint in ("slack", "stability", "lowest_eigenvalue", "space_error", "peaks", "path"):
         assert hasattr(many_rests[0], hint)
+    scene = MADE[lissom.Scene]()
+    assert scene.run().success
+    assert lissom.statics(scene.model).success
     simulation = MADE[lissom.Simulation]()
     simulation.step(None, 0.02)
     assert simulation.model.pose(simulation.q, t=simulation.t).shape == (4, 4)

@@ -106,6 +106,12 @@ CALLS = {
         r"young_modulus: expected a real number, got str; materials have no names, ",
     ),
     "material of the package": (lambda: lissom.steel, r"no attribute 'steel'; materials have no names, "),
+    "material of a segment": (
+        lambda: lissom.Segment.steel,
+        r"type object 'Segment' has no attribute 'steel'; materials have no names, ",
+    ),
+    "misspelt attribute of a part": (lambda: lissom.Segment.lenght, r"'lenght'; did you mean 'length'\?$"),
+    "attribute that no part has": (lambda: lissom.Link.zzz, r"'Link' has no attribute 'zzz'$"),
     "world as an end of a loop": (
         lambda: lissom.Robot([link()], loops=[lissom.Loop("a", "world", lissom.Weld())]),
         r"loops\[0\].b.link: got 'world', .*; the world is no link: None in its place",

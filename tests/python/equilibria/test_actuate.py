@@ -244,6 +244,27 @@ def test_the_equilibrium_is_lost_where_it_would_snap():
     assert "buckles or snaps" in above.message
     assert_allclose(above.u, [weight], rtol=1e-3)
     assert -0.1 < above.q[0] <= 1e-6
+    assert "unstable, and buckles or snaps" in above.message
+    assert "`robot.inverse_dynamics(q, 0 * q, 0 * q)` has the torques of a posture" in above.message
+
+
+def test_torques_of_a_raised_posture_hold_it_with_a_controller_and_not_alone():
+    """What the message about a lost equilibrium advises."""
+    robot = arm()
+    q = robot.reach(lissom.Target("hand", (np.cos(0.8), 0.0, np.sin(0.8)))).q
+    torque = robot.inverse_dynamics(q, 0 * q, 0 * q)
+    beside = q + 0.01
+    alone = lissom.simulate(robot, 3.0, q0=beside, u=torque)
+    assert abs(alone.q - q).max() > 0.1
+    held = lissom.simulate(
+        robot, 3.0, q0=beside, control=lambda t, now, v: torque - 100.0 * (now - q) - 20.0 * v
+    )
+    assert abs(held.q - q).max() < 0.011
+
+
+def test_arms_that_are_pulled_are_not_told_about_torques():
+    far = lissom.actuate(three(), (0.0, 0.0, 5.0))
+    assert "inverse_dynamics" not in far.message
 
 
 def test_forces_are_inputs_too():

@@ -121,7 +121,7 @@ def test_rows_are_results(tmp_path):
 @pytest.mark.parametrize(
     ("call", "kind", "message"),
     [
-        (lambda: lissom.statics_many("rod"), TypeError, r"model\[0\]: expected a Model .*, got str"),
+        (lambda: lissom.statics_many("rod"), TypeError, "model: expected a Model .*, got str"),
         (lambda: lissom.statics_many(3), TypeError, "model: expected a Model .*, got int"),
         (lambda: lissom.statics_many([rod(), rod(modes=2)]), ValueError, r"model\[1\]: got one with 2 coord"),
         (

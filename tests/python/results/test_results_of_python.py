@@ -178,7 +178,7 @@ def test_only_models_are_taken_for_models(tmp_path):
     model = rod()
     rest, path = lissom.statics(model), lissom.continuation(model, max_steps=2)
     for call in (rest.plot, rest.to_xarray, path.plot, lambda wrong: rest.save(tmp_path / "x.nc", wrong)):
-        with pytest.raises(TypeError, match="model: a str is not a model"):
+        with pytest.raises(TypeError, match="model: expected a Model"):
             call("rod")
 
 
@@ -448,7 +448,7 @@ def test_films_without_ffmpeg(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "error", "message"),
     [
-        ({"model": "rod"}, TypeError, "model: a str is not a model"),
+        ({"model": "rod"}, TypeError, "model: expected a Model"),
         ({"model": rod(modes=3)}, ValueError, "model: it has 3 coordinates, the result has 2"),
         ({"t": np.nan}, ValueError, "t: got nan"),
         ({"t": "now"}, TypeError, "t: expected a real number, got str"),

@@ -47,7 +47,7 @@ def test_auto_takes_defaults(rod):
 
 @pytest.mark.parametrize("control", [lambda t: [t], lambda: [0.3], lambda t, q: [t], lambda t, q, v, u: [t]])
 def test_controllers_of_other_arguments_are_told_theirs(rod, control):
-    with pytest.raises(TypeError, match=r"control: is called as control\(t, q, v\), .* but takes \("):
+    with pytest.raises(TypeError, match=r"control: is called as control\(t, q, v\), but takes \("):
         lissom.simulate(rod, 0.1, control=control)
 
 

@@ -1,4 +1,4 @@
-"""Equations whose solutions grow without bound: the message says so, of others it does not."""
+"""Equations whose solutions grow without bound, and steps that let others grow: messages tell them apart."""
 
 import numpy as np
 import pytest
@@ -54,3 +54,75 @@ def test_growth_that_does_not_fail_is_not_reported():
     assert motion.success
     assert motion.v[-1, 0] > 1e4
     assert motion.message == "The end of the interval was reached."
+
+
+#: Conditionally stable methods and their limits: largest `omega dt`.
+LIMITS = {"central_difference": 2.0, "linear_acceleration": 12**0.5, "fox_goodwin": 6**0.5}
+OMEGA = 100.0
+
+
+def vibration(damping=0.0, force=lambda t: 0.0):
+    return lambda t, q, v, a: a + damping * v + OMEGA**2 * q - force(t)
+
+
+@pytest.mark.parametrize("method", LIMITS)
+@pytest.mark.parametrize("damping", [0.0, 10.0, 1e3])
+@pytest.mark.parametrize("at_end", [False, True])
+def test_steps_beyond_the_limit_are_unstable(method, damping, at_end):
+    """Also where the result has the end alone, and where the last step is a shorter one."""
+    dt = 1.4 * LIMITS[method] / OMEGA
+    end = 250.5 * dt
+    motion = lissom.newmark(
+        vibration(damping), (0.0, end), [1.0], [0.0], dt=dt, method=method, t_eval=[end] if at_end else None
+    )
+    assert (motion.status, motion.success) == ("unstable", False)
+    assert motion.message.startswith(
+        "The steps are unstable: coordinate 0 changes its sign with each of them"
+    )
+    assert f"only for step sizes below {LIMITS[method]:.4f} / (largest natural" in motion.message
+    assert abs(motion.q[-1, 0]) > 1e3
+    stable = lissom.newmark(vibration(damping), (0, 5), [1.0], [0.0], dt=dt, method="average_acceleration")
+    assert stable.success
+    assert np.abs(stable.q).max() <= 1.0 + 1e-9
+
+
+@pytest.mark.parametrize("method", LIMITS)
+def test_the_growth_that_is_said_is_that_of_the_states(method):
+    dt = 1.2 * LIMITS[method] / OMEGA
+    motion = lissom.newmark(vibration(), (0.0, 60 * dt), [1.0], [0.0], dt=dt, method=method)
+    factor = abs(motion.q[-1, 0] / motion.q[-2, 0])
+    assert f"grows by a factor of {factor:.3f}, until t = " in motion.message
+
+
+@pytest.mark.parametrize("method", LIMITS)
+def test_steps_within_the_limit_finish(method):
+    dt = 0.98 * LIMITS[method] / OMEGA
+    for residual in (vibration(), vibration(1.0, lambda t: 1e4 * np.sin(OMEGA * t)), vibration(0.0, np.sign)):
+        motion = lissom.newmark(residual, (0.0, 400 * dt), [1.0], [0.0], dt=dt, method=method)
+        assert motion.status == "finished", motion.message
+
+
+GROWS_BY_ITSELF = {
+    "an exponential": lambda t, q, v, a: a - q,
+    "a vibration in a dozen steps a period": lambda t, q, v, a: a - 0.4 * v + 25.0 * q,
+    "bounces": lambda t, q, v, a: a + 1e3 * q * (q > 0.0) - 9.81,
+    "noise in each step": lambda t, q, v, a: a - np.random.default_rng(int(1e6 * t)).normal(),
+}
+
+
+@pytest.mark.parametrize("equation", GROWS_BY_ITSELF)
+def test_motions_that_grow_by_themselves_are_not_unstable(equation):
+    residual = GROWS_BY_ITSELF[equation]
+    motion = lissom.newmark(residual, (0.0, 200.0), [1.0], [0.0], dt=0.05, method="central_difference")
+    assert motion.status == "finished", motion.message
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_overflow_of_unstable_steps_is_no_fault_of_the_equations():
+    stiff = np.array([[2e4, -1e4], [-1e4, 1e4]])
+    start = ([1.0, 0.0], [0.0, 0.0])
+    motion = lissom.newmark(
+        lambda t, q, v, a: a + stiff @ q, (0, 100), *start, dt=0.017, method="central_difference"
+    )
+    assert motion.status == "unstable"
+    assert "without bound" not in motion.message

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import inspect
-import tomllib
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..._lissom import Model, Scene, SceneError
+from ..._lissom import Model, Scene
 from ...model import paths
+from ...model.scenes import changed
 from ...model.views import is_rod
 
 Parameters = Mapping[str, Any]
@@ -61,36 +60,11 @@ class OfScene(Source):
     imports: dict[str, bytes] = field(default_factory=dict)
 
     def case(self, parameters: Parameters) -> Case:
-        document = tomllib.loads(self.text)
-        for path, value in parameters.items():
-            parts = paths.parts(path)
-            if parts[0] == "import" and "urdf" in parts[1:]:
-                raise ValueError(
-                    f"{path}: all points of a sweep share the file that the scene imports, read once; "
-                    "sweep over keys, or make one sweep of a scene for each file"
-                )
-            paths.set_in_document(document, parts, value)
-        with warnings.catch_warnings():
-            # The warnings were issued when the scene was read.
-            warnings.simplefilter("ignore")
-            try:
-                scene = Scene.loads(paths.document_text(document), self.name, imports=self.imports)
-            except SceneError as error:
-                raise ValueError(_in_words(error)) from None
-        return self._of(scene)
+        return self._of(changed(self.text, parameters, self.name, self.imports))
 
     def identity(self) -> Any:
         imports = {name: content.decode(errors="surrogateescape") for name, content in self.imports.items()}
         return {"scene": self.text, "imports": imports}
-
-
-def _in_words(error: SceneError) -> str:
-    """The problems of a generated scene, without line numbers."""
-    problems = [
-        f"{problem.key}: {problem.wrong}" + (f"; {problem.right}" if problem.right else "")
-        for problem in error.problems
-    ]
-    return " / ".join(problems)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,11 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("cog", &["centre"]),
     ("centre_of_mass", &["centre"]),
     ("center_of_mass", &["centre"]),
-    ("offset", &["path"]),
+    ("offset", &["path", "position"]),
+    ("translation", &["position", "base_position"]),
+    ("origin", &["position", "base_position"]),
+    ("pos", &["position", "base_position", "centre"]),
+    ("xyz", &["position", "base_position"]),
     ("offsets", &["path"]),
     ("routing", &["path"]),
     ("points", &["path"]),
@@ -74,8 +78,10 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("floating", &["free"]),
     ("freejoint", &["free"]),
     ("damping", &["retardation_time"]),
-    ("position", &["base_position"]),
-    ("orientation", &["base_orientation"]),
+    ("position", &["base_position", "pose"]),
+    ("orientation", &["base_orientation", "pose"]),
+    ("quat", &["orientation", "base_orientation"]),
+    ("quaternion", &["orientation", "base_orientation"]),
     ("direction", &["base_orientation", "orientation"]),
     ("rotation", &["base_orientation", "orientation"]),
     ("explicit", &["rk45"]),
@@ -109,7 +115,31 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("torsional_stiffness", &["section"]),
     ("mass_per_length", &["section"]),
     ("linear_density", &["section"]),
+    ("force", &["tension", "torque"]),
+    ("pull", &["tension"]),
+    ("pose", &["target"]),
+    ("tension", &["u"]),
+    ("tensions", &["u"]),
+    ("pressures", &["u"]),
+    ("torques", &["u"]),
+    ("action", &["u"]),
+    ("tendons", &["actuators"]),
+    ("cables", &["actuators"]),
+    ("muscles", &["actuators"]),
+    ("motors", &["actuators"]),
+    ("chambers", &["actuators"]),
+    ("forces", &["loads"]),
+    ("joints", &["links"]),
+    ("fprime", &["jac"]),
+    ("jacobian", &["jac"]),
+    ("tip_load", &["tip_force"]),
+    ("end_force", &["tip_force"]),
+    ("tip_torque", &["tip_moment"]),
     ("t_span", &["t_end"]),
+    ("t_max", &["t_end"]),
+    ("tmax", &["t_end"]),
+    ("t_stop", &["t_end"]),
+    ("final_time", &["t_end"]),
     ("tspan", &["t_end"]),
     ("t_final", &["t_end"]),
     ("tf", &["t_end"]),
@@ -118,15 +148,17 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("time_step", &["dt"]),
     ("step", &["dt"]),
     ("h", &["dt"]),
-    ("x0", &["q0"]),
+    ("x0", &["q0", "q"]),
     ("y0", &["q0"]),
+    ("start", &["q0"]),
+    ("callback", &["progress"]),
     ("qd0", &["v0"]),
     ("u0", &["u"]),
     ("inputs", &["u", "control"]),
     ("input", &["inputs", "u", "control"]),
     ("targets", &["target", "pose"]),
     ("time", &["t"]),
-    ("dt", &["duration"]),
+    ("dt", &["duration", "max_step"]),
     ("controller", &["control"]),
     ("joint", &["kind"]),
     ("maxiter", &["max_iter"]),
@@ -176,8 +208,36 @@ const SENTENCES: &[(&[&str], &[&str], &str)] = &[
     (&["radius", "r", "diameter", "d", "D"], &["centre_of_volume"], NO_SURFACE),
 ];
 
+/// The same in words of Python.
+const SENTENCES_OF_PYTHON: &[(&[&str], &[&str], &str)] = &[
+    (&["bracket", "bounds", "x1"], &["fun", "x0"], NO_BRACKET),
+    (&["radius", "angle", "distance"], &["path", "tension"], NO_ANGLE),
+    (&["M", "C", "K", "mass", "stiffness", "damping", "force"], &["residual", "t_span"], NO_MATRICES),
+    (&["save", "output", "filename", "path"], &["model", "t_end"], "the result has `save(path)`"),
+    (&["gravity", "g"], &["model", "u"], "it belongs to the model: lissom.Rod(..., gravity=(0, 0, 0))"),
+    (
+        &["output_dt", "save_every", "sample_time", "n_steps", "steps", "num_steps"],
+        &["t_end", "t_eval"],
+        NO_STEPS,
+    ),
+];
+
 /// Words for a diameter.
 const DIAMETERS: &[&str] = &["d", "D", "diameter", "outer_diameter", "inner_diameter"];
+
+/// What a start of a search and a bracket are.
+const NO_BRACKET: &str = "it searches from one start, such as x0=0.5 * (a + b); `scipy.optimize.brentq(fun, a, b)` takes a bracket";
+
+/// How equations of motion are given.
+const NO_MATRICES: &str =
+    "equations are a function, of matrices `lambda t, q, v, a: M @ a + C @ v + K @ q - f(t)`";
+
+/// How times of results are given.
+const NO_STEPS: &str = "times of the result are t_eval=numpy.linspace(t0, t_end, 101)";
+
+/// How a tendon is laid along a rod.
+const NO_ANGLE: &str = "it runs along a rod at the distances (y, z) from its axis: at radius r and angle phi \
+     path=[lissom.Along(offset=(r * cos(phi), r * sin(phi)))]";
 
 /// What to give for a material.
 const MATERIALS: &str = "materials have no names, their numbers are given: `young_modulus` in Pa, `poisson_ratio` or \
@@ -215,19 +275,21 @@ pub fn suggestion<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> Optio
         .map(|(_, other)| other)
 }
 
+/// Whether a row is about this word where these names are known.
+fn fits((words, names, _): &(&[&str], &[&str], &str), word: &str, known: &[&str]) -> bool {
+    words.contains(&word) && names.iter().all(|name| known.contains(name))
+}
+
 /// The name that an unknown word may stand for, between these marks, and what to know of its value; `None` if nothing is like it.
 pub fn did_you_mean<'a>(word: &str, known: impl Iterator<Item = &'a str>, mark: &str) -> Option<String> {
     let known: Vec<_> = known.collect();
-    let fits = |(words, names, _): &&(&[&str], &[&str], &str)| {
-        words.contains(&word) && names.iter().all(|name| known.contains(name))
-    };
-    if let Some((.., sentence)) = SENTENCES.iter().find(fits) {
+    if let Some((.., sentence)) = SENTENCES.iter().find(|row| fits(row, word, &known)) {
         return Some((*sentence).to_owned());
     }
     let meant = suggestion(word, known.iter().copied())?;
     let remark = REMARKS
         .iter()
-        .find(|row| fits(row) && row.1[0] == meant)
+        .find(|row| fits(row, word, &known) && row.1[0] == meant)
         .map_or_else(String::new, |(.., remark)| format!(" {remark}"));
     Some(format!("did you mean {mark}{meant}{mark}?{remark}"))
 }
@@ -245,6 +307,9 @@ fn stood_for(word: &str) -> Option<&'static [&'static str]> {
 
 /// What to write in place of an unknown keyword, in words of Python; `None` if nothing is like it.
 fn keyword(word: &str, known: &[&str]) -> Option<String> {
+    if let Some((.., sentence)) = SENTENCES_OF_PYTHON.iter().find(|row| fits(row, word, known)) {
+        return Some((*sentence).to_owned());
+    }
     let is_of_sections = SYMBOLS.iter().any(|(symbol, names)| *symbol == word && *names == ["section"]);
     if is_of_sections && known.contains(&"section") {
         return Some(BY_STIFFNESS.to_owned());
@@ -261,11 +326,14 @@ pub fn unexpected(words: &[&str], known: &[&str], elsewhere: impl Fn(&str) -> Op
         let meant = meant.map_or_else(String::new, |meant| format!("; {meant}"));
         return format!("got an unexpected keyword argument '{word}', expected {expected}{meant}");
     }
-    let each = |word: &&str| match keyword(word, known).or_else(|| elsewhere(word)) {
+    let own: Vec<_> = words.iter().map(|word| keyword(word, known)).collect();
+    // A sentence about several words is said once.
+    let each = |(i, word): (usize, &&str)| match &own[i] {
+        Some(_) if own[i + 1..].contains(&own[i]) => format!("'{word}'"),
         Some(meant) => format!("'{word}' ({meant})"),
-        None => format!("'{word}'"),
+        None => elsewhere(word).map_or(format!("'{word}'"), |meant| format!("'{word}' ({meant})")),
     };
-    let all: Vec<_> = words.iter().map(each).collect();
+    let all: Vec<_> = words.iter().enumerate().map(each).collect();
     format!("got unexpected keyword arguments {}, expected {expected}", all.join(", "))
 }
 

@@ -25,3 +25,4 @@ pub use robot::{MAX_COORDINATES, Robot};
 pub use rod::Rod;
 pub use signals::SignalOf;
 pub use span::Spans;
+pub(crate) use span::Tightness;

@@ -79,10 +79,18 @@ impl<'a> Spans<'a> {
     }
 }
 
+/// How a chain that does not stretch compares with the distance of its ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Tightness {
+    TooShort,
+    /// Exactly as long: a straight line, whose force nothing determines.
+    Taut,
+}
+
 impl Robot {
-    /// The distance of the base of a chain from the place in the world to which a loop ties its end, and the length of the chain, if it
-    /// is too short, in metres; `None` if it is not, or if joints or stretch make it longer.
-    pub(crate) fn too_short(&self, closed: &Loop) -> Option<[f64; 2]> {
+    /// The distance of the base of a chain from the place in the world to which a loop ties its end, and the length of the chain, in
+    /// metres, and how they compare; `None` if the chain is longer, or if joints or stretch make it longer.
+    pub(crate) fn tightness(&self, closed: &Loop) -> Option<(Tightness, [f64; 2])> {
         let [a, b] = closed.tie.ends()?;
         let (end, anchor) = if b.link.is_none() { (a, b) } else { (b, a) };
         let (mut link, None) = (&self.links[end.link?], anchor.link) else { return None };
@@ -95,7 +103,12 @@ impl Robot {
         while is_fixed(link) {
             let Some(parent) = link.parent else {
                 let apart = size(std::array::from_fn(|i| anchor.position[i] - link.position[i]));
-                return (apart > (1.0 + ROUNDING) * length).then_some([apart, length]);
+                let tightness = match apart / length {
+                    ratio if ratio > 1.0 + ROUNDING => Tightness::TooShort,
+                    ratio if ratio > 1.0 - ROUNDING => Tightness::Taut,
+                    _ => return None,
+                };
+                return Some((tightness, [apart, length]));
             };
             length += self.distance_to(link);
             link = &self.links[parent];

@@ -81,8 +81,11 @@ impl<V: Numbers> StepperOf<V> {
                  use adaptive steps; if that does not help the equations of motion do not determine the accelerations."
             ),
             Status::StepFailed(Failure::NonFinite) if limit.is_finite() => format!(
-                "The residual became NaN or infinite in the step from t = {t} (step size {h}); the result ends there. This \
-                 scheme is stable only for step sizes below {limit:.4} / (largest natural frequency in rad/s): reduce `dt` \
+                "The residual became NaN or infinite in the step from t = {t} (step size {h}); the result ends there. {}",
+                self.explain(Status::Unstable)
+            ),
+            Status::Unstable => format!(
+                "This scheme is stable only for step sizes below {limit:.4} / (largest natural frequency in rad/s): reduce `dt` \
                  or use average acceleration."
             ),
             Status::StepFailed(Failure::NonFinite) => format!(

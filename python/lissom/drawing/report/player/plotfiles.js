@@ -2,7 +2,7 @@
 
 import { nameOf, png, save } from "lissom/files.js";
 import { FINE, inLight } from "lissom/paper.js";
-import { DASHES, FONT, lookOf } from "lissom/strokes.js";
+import { DASHES, FONT, lookOf, mark } from "lissom/strokes.js";
 import { SvgPen } from "lissom/svg.js";
 
 /** Of the legend: height of a line, length of a sample, and room after a sample and after a name, pixels. */
@@ -100,8 +100,7 @@ function drawEntry(pen, { curve, x, y }, look) {
     pen.lineTo(x + SAMPLE, y);
     pen.stroke();
   } else {
-    pen.arc(x + 0.5 * SAMPLE, y, 4, 0, 2 * Math.PI);
-    pen.fill();
+    mark(pen, curve.mark, x + 0.5 * SAMPLE, y);
   }
   pen.setLineDash([]);
   pen.fillStyle = look.ink;

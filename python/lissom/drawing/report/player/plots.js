@@ -2,7 +2,7 @@
 
 import { onPaper, sharpness } from "lissom/paper.js";
 import { buttons } from "lissom/plotfiles.js";
-import { DASHES, FONT, lookOf } from "lissom/strokes.js";
+import { DASHES, FONT, lookOf, mark } from "lissom/strokes.js";
 import { decades, labels, power, shortly, ticks } from "lissom/ticks.js";
 
 /** Room around the curves, part of their range. */
@@ -49,8 +49,8 @@ export function figure(holder, told, clock) {
 function legend(plots, hidden) {
   const found = new Map();
   for (const curve of plots.flatMap(({ plot }) => plot.curves)) if (curve.name) found.set(curve.name, curve);
-  const buttons = [...found.values()].map(({ name, colour, style, joined }) => {
-    const sample = make("i", { className: joined ? `line ${style}` : "disc" });
+  const buttons = [...found.values()].map(({ name, colour, style, joined, mark }) => {
+    const sample = make("i", { className: joined ? `line ${style}` : mark || "disc" });
     sample.style.setProperty("--colour", colour);
     const button = make("button", { type: "button", className: "entry" }, sample, name);
     button.setAttribute("aria-pressed", "true");
@@ -297,22 +297,6 @@ const line = (pen, x1, y1, x2, y2) => {
   pen.lineTo(x2, y2);
   pen.stroke();
 };
-
-function mark(pen, kind, x, y) {
-  pen.beginPath();
-  if (kind === "diamond") {
-    for (const [dx, dy] of [[0, -5.5], [5.5, 0], [0, 5.5], [-5.5, 0]]) pen.lineTo(x + dx, y + dy);
-    pen.closePath();
-    pen.fill();
-  } else if (kind === "ring") {
-    pen.lineWidth = 2;
-    pen.arc(x, y, 4.5, 0, 2 * Math.PI);
-    pen.stroke();
-  } else {
-    pen.arc(x, y, 3.2, 0, 2 * Math.PI);
-    pen.fill();
-  }
-}
 
 const logs = new WeakMap();
 

@@ -1,0 +1,70 @@
+//! What is given in place of a model.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyList, PyType};
+
+use super::PyModel;
+use crate::python::convert;
+
+/// The models.
+pub(crate) const MODEL: &str = "a Model (Rod, Robot, SpringPendulum)";
+
+/// A model; anything else is refused with what makes one of it.
+pub(crate) fn model_of<'a, 'py>(
+    found: &'a Bound<'py, PyAny>,
+    place: &str,
+) -> PyResult<&'a Bound<'py, PyModel>> {
+    found.cast::<PyModel>().map_err(|_| not_a_model(found, place, MODEL))
+}
+
+/// The same for classes and functions in Python.
+#[pyfunction]
+pub(crate) fn check_model(found: &Bound<'_, PyAny>, place: &str) -> PyResult<()> {
+    model_of(found, place).map(drop)
+}
+
+/// The error of what is no model.
+pub(crate) fn not_a_model(found: &Bound<'_, PyAny>, place: &str, expected: &str) -> PyErr {
+    let instead = instead(found).map_or_else(String::new, |instead| format!("; {instead}"));
+    PyTypeError::new_err(format!("{place}: expected {expected}, got {}{instead}", convert::describe(found)))
+}
+
+/// What makes a model of it, or what to call with it.
+fn instead(found: &Bound<'_, PyAny>) -> Option<String> {
+    let kind = found.get_type().name().ok()?.to_string();
+    if kind == "Scene" {
+        return Some("`scene.run()` simulates a scene, and `scene.model` is its model".to_owned());
+    }
+    if let Ok(path) = found.extract::<PathBuf>() {
+        return of_file(&path);
+    }
+    if found.is_callable() && !found.is_instance_of::<PyType>() {
+        return Some("for equations of your own there are newmark and solve_ivp".to_owned());
+    }
+    let (part, brackets) = match found.cast::<PyList>() {
+        Ok(list) => (list.get_item(0).ok()?, ["", ""]),
+        Err(_) => (found.clone(), ["[", "]"]),
+    };
+    let (maker, what) = match part.get_type().name().ok()?.to_str().ok()? {
+        "Segment" => ("Rod", "segment"),
+        "Link" => ("Robot", "link"),
+        _ => return None,
+    };
+    let [open, close] = brackets;
+    let many = if open.is_empty() { "s" } else { "" };
+    Some(format!("a model is `lissom.{maker}({open}{what}{many}{close})`"))
+}
+
+/// What reads a file of this name; `None` for other texts.
+pub(crate) fn of_file(path: &Path) -> Option<String> {
+    let shown = path.display();
+    match path.extension()?.to_str()? {
+        "urdf" | "xacro" | "xml" => Some(format!("`lissom.Robot.from_urdf(\"{shown}\")` reads a robot")),
+        _ => Some(format!(
+            "`scene = lissom.Scene.load(\"{shown}\")` reads a scene: `scene.run()` simulates it, `scene.model` is its model"
+        )),
+    }
+}
