@@ -325,6 +325,11 @@ impl Unilateral {
         self.steps_without_memory = self.steps_without_memory.min(usize::from(has_contact));
     }
 
+    /// Whether surfaces touch at the end of the last step.
+    pub(crate) fn touches(&self) -> bool {
+        self.touches
+    }
+
     /// Forgets the energies after a jump of forces or velocities.
     pub(crate) fn forget(&mut self) {
         self.snapshot = None;

@@ -44,6 +44,10 @@ const SMALLEST_HHT_ALPHA: f64 = -1.0 / 3.0;
 /// Iterations that find how a growth is followed: other eigenvalues are lost by then, unless the growth is of no matter.
 const GROWTH_STEPS: usize = 60;
 
+/// The part of a step after a jump at which its first stage ends, `1 - 1/sqrt(2)`: the method of two stages and order 2 that removes what is
+/// infinitely fast (Alexander 1977, theorem 5).
+pub(crate) const FIRST_STAGE: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
 /// A gamma within that distance of the one of order 2 has order 2.
 const ORDER_TOLERANCE: f64 = 1e-12;
 
@@ -192,6 +196,11 @@ impl Scheme {
     /// True when algorithmic and true accelerations are the same.
     pub(super) fn is_plain(&self) -> bool {
         self.alpha_m == 0.0 && self.alpha_f == 0.0
+    }
+
+    /// Whether the step after a jump is one of its own: those of conditionally stable members resolve what is fast.
+    pub(crate) fn bridges_jumps(&self) -> bool {
+        self.has_inertia && self.beta > 0.0 && self.stability_limit().is_infinite()
     }
 
     /// Whether accelerations act.

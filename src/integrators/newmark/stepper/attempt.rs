@@ -39,6 +39,10 @@ impl<V: Numbers> StepperOf<V> {
         if !V::IS_PLAIN && !self.scheme.has_inertia() {
             return self.attempt_without_inertia(system, t_new, h);
         }
+        // What it cannot solve, the method may.
+        if self.is_after_jump && self.attempt_after_jump(system, t_new, h)?.is_ok() {
+            return Ok(Ok(()));
+        }
         let is_plain = self.scheme.is_plain();
         let memory = if is_plain { Some(1.0) } else { self.memory(system, t_new, h) };
         if self.step.made_for != (h, memory) {
@@ -346,8 +350,10 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         }
         self.rank = self.corrector.rank();
         if self.options.predictor == Predictor::Best {
-            self.guess = self.best_guess(h);
+            // Accelerations do not continue those at a jump.
+            self.guess = if self.is_after_jump { Guess::Last } else { self.best_guess(h) };
         }
+        self.is_after_jump = false;
         if std::mem::take(&mut self.forgets) {
             let n = self.q.len();
             self.s.copy_from_slice(&self.trial.a[..n]);

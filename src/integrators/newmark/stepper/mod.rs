@@ -4,6 +4,7 @@ mod adaptive;
 mod attempt;
 mod explain;
 mod fixed;
+mod jump;
 mod kinds;
 
 use super::corrector::Corrector;
@@ -95,6 +96,8 @@ struct StepperOf<V> {
     /// Whether the trial is without memory, and whether its loads are those of the middle of its step.
     forgets: bool,
     lags: bool,
+    /// Whether forces or velocities have jumped since the last step, so that the next one is [one of its own](jump).
+    is_after_jump: bool,
     unilateral: Unilateral,
     /// Number of independent active constraints in the last step; all before the first step.
     rank: usize,
@@ -152,6 +155,7 @@ impl<V: Numbers> StepperOf<V> {
             counters: Counters::default(),
             forgets: false,
             lags: false,
+            is_after_jump: false,
             has_contact: false,
             has_corners: false,
             is_one_sided: false,
@@ -295,10 +299,11 @@ impl<V: Numbers> StepperOf<V> {
     /// Replaces the current accelerations after a jump of forces.
     fn jump(&mut self, a: &[f64]) {
         self.unilateral.forget();
+        self.expect_jump();
         for (i, (new, old)) in a.iter().zip(self.a.iter_mut()).enumerate() {
             // Algorithmic and previous accelerations keep their differences from the current ones.
             self.s[i] += new - *old;
-            self.a_old[i] += new - *old;
+            self.a_old[i] = if self.is_after_jump { *old } else { self.a_old[i] + (new - *old) };
             *old = *new;
         }
         self.corrector.doubt_jacobian();
@@ -307,10 +312,11 @@ impl<V: Numbers> StepperOf<V> {
     /// Continues from this state after a jump of velocities. `a` are accelerations, followed by multipliers.
     fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
         self.unilateral.forget();
+        self.expect_jump();
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
+        self.a_old.copy_from_slice(if self.is_after_jump { &self.a } else { a });
         self.a.copy_from_slice(a);
-        self.a_old.copy_from_slice(a);
         self.s.copy_from_slice(&a[..q.len()]);
         // Accelerations before the jump are invalid after it.
         self.h_of_s = 0.0;
@@ -330,6 +336,7 @@ impl<V: Numbers> StepperOf<V> {
     /// Replaces the end of the last step, which was repeated by another method.
     fn end_instead(&mut self, motion: [&[f64]; 3], touches: bool) {
         self.restart(motion);
+        self.is_after_jump = false;
         self.unilateral.resolve(touches);
     }
 
@@ -354,8 +361,11 @@ impl<V: Numbers> StepperOf<V> {
         }
         let guesses = [Guess::Zero, Guess::Last, Guess::Extrapolated];
         let mut guess = guesses.iter().position(|&guess| guess == self.guess).unwrap_or_default();
-        tape.below(guesses.len(), &mut guess);
-        self.guess = guesses[guess];
+        // In one number: simulations saved by earlier versions have the guess alone.
+        guess += guesses.len() * usize::from(self.is_after_jump);
+        tape.below(2 * guesses.len(), &mut guess);
+        self.guess = guesses[guess % guesses.len()];
+        self.is_after_jump = guess >= guesses.len();
         self.grid.serialise(tape);
         self.counters.serialise(tape);
         self.unilateral.serialise(tape);

@@ -1,0 +1,53 @@
+//! The step after a jump of forces or velocities.
+//!
+//! At the jump, accelerations are no measure of the motion: what is stiffly damped loses its part of the jump long before the end of
+//! the step, and what vibrates fast returns many times. Members of the family that start from these accelerations let both alternate
+//! from step to step, hardly damped, and turn their products with the slow motion into errors of it. The step after a jump is therefore one
+//! of the singly diagonally implicit Runge-Kutta method of two stages and order 2 (Alexander 1977), which uses no accelerations at
+//! its start, and leaves nothing of what is infinitely fast.
+
+use super::super::numbers::Numbers;
+use super::StepperOf;
+use crate::integrators::newmark::scheme::FIRST_STAGE;
+use crate::integrators::second_order::{SecondOrderSystem, Solved};
+
+impl<V: Numbers> StepperOf<V> {
+    /// Remembers that forces or velocities have jumped, from these accelerations on, if the next step is to be one of its own.
+    pub(super) fn expect_jump(&mut self) {
+        let is_held = !V::IS_PLAIN && (self.a.len() > self.q.len() || self.unilateral.touches());
+        self.is_after_jump = self.error_estimate.is_none() && self.scheme.bridges_jumps() && !is_held;
+    }
+
+    /// Solves the equations of the two stages of a step of size `h` after a jump; the result is in `trial`.
+    pub(super) fn attempt_after_jump<S: SecondOrderSystem + ?Sized>(
+        &mut self,
+        system: &mut S,
+        t_new: f64,
+        h: f64,
+    ) -> Solved {
+        let stage = FIRST_STAGE * h;
+        let rest = h - stage;
+        let Self { t, q, v, a_old, trial, guessed, corrector, counters, .. } = self;
+        trial.weights = [stage * stage, stage, 1.0];
+        trial.t = *t + stage;
+        for i in 0..q.len() {
+            trial.q_base[i] = q[i] + stage * v[i];
+            trial.v_base[i] = v[i];
+        }
+        guessed.copy_from_slice(a_old);
+        if let Err(failure) = corrector.solve(system, trial, guessed, a_old, h, counters)? {
+            return Ok(Err(failure));
+        }
+        trial.t = t_new;
+        for i in 0..q.len() {
+            trial.v_base[i] = v[i] + rest * trial.a[i];
+            trial.q_base[i] = q[i] + rest * trial.v[i] + stage * trial.v_base[i];
+        }
+        guessed.copy_from_slice(&trial.a);
+        let solved = corrector.solve(system, trial, guessed, guessed, h, counters);
+        self.size = h;
+        // Algorithmic accelerations begin anew.
+        (self.forgets, self.lags) = (true, false);
+        solved
+    }
+}
