@@ -44,5 +44,5 @@ pub use solution::solve;
 pub use stepper::Stepper;
 
 pub(crate) use linear_system::LinearSystem;
-pub(crate) use scheme::{SLOWED, Step, memory};
+pub(crate) use scheme::{FIRST_STAGE, SLOWED, Step, memory};
 pub(crate) use stepper::Lengths;

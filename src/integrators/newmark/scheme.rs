@@ -48,6 +48,10 @@ const GROWTH_STEPS: usize = 60;
 /// infinitely fast (Alexander 1977, theorem 5).
 pub(crate) const FIRST_STAGE: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 
+/// Largest jump of accelerations, by what it moves within a step as a part of the typical sizes of coordinates, after which steps go on as if there
+/// were none.
+const LARGEST_JUMP: f64 = 1e-3;
+
 /// A gamma within that distance of the one of order 2 has order 2.
 const ORDER_TOLERANCE: f64 = 1e-12;
 
@@ -198,9 +202,15 @@ impl Scheme {
         self.alpha_m == 0.0 && self.alpha_f == 0.0
     }
 
-    /// Whether the step after a jump is one of its own: those of conditionally stable members resolve what is fast.
-    pub(crate) fn bridges_jumps(&self) -> bool {
-        self.has_inertia && self.beta > 0.0 && self.stability_limit().is_infinite()
+    /// Whether the step of size `h` after accelerations have jumped from one to the other is one of two stages, for coordinates of these sizes. Steps of
+    /// conditionally stable members resolve what is fast.
+    pub(crate) fn bridges_jump(&self, [before, after]: [&[f64]; 2], sizes: &[f64], h: f64) -> bool {
+        let moves = |((before, after), size): ((&f64, &f64), &f64)| {
+            h * h * (after - before).abs() > LARGEST_JUMP * size
+        };
+        self.has_inertia
+            && self.stability_limit().is_infinite()
+            && before.iter().zip(after).zip(sizes).any(moves)
     }
 
     /// Whether accelerations act.

@@ -2,8 +2,8 @@
 
 use super::equations::{Equations, Linearised};
 use super::{Failure, Monitor, Parameters, StateDerivatives, Together, Trajectory};
-use crate::integrators::newmark::{Scheme, Step};
-use crate::model::Model;
+use crate::integrators::newmark::{FIRST_STAGE, Scheme, Step};
+use crate::model::{ForwardScratch, Model};
 use crate::numerics::linalg::{Lu, Matrix, Singular};
 
 /// Weights of a state whose accelerations follow from forward dynamics: the start of the run or of an interval.
@@ -53,6 +53,26 @@ impl<'a, M: Model + ?Sized> StepMatrix<'a, M> {
         self.linearise(step, weights, is_transposed)
     }
 
+    /// Linearises the end of the first stage of a step of two stages from the state before `step` to that state.
+    fn first_stage(
+        &mut self,
+        trajectory: &Trajectory<'_>,
+        step: usize,
+        [stage, rest]: [f64; 2],
+        is_transposed: bool,
+    ) -> Result<(), Failure> {
+        let n = self.at.q.len();
+        let ((t, [q, _, _]), (_, [q_end, v_end, _])) =
+            (trajectory.state(step - 1, n), trajectory.state(step, n));
+        self.at.t = t + stage;
+        for i in 0..n {
+            self.at.v[i] = (q_end[i] - q[i] - stage * v_end[i]) / rest;
+            self.at.q[i] = q[i] + stage * self.at.v[i];
+        }
+        self.equations.solve(&mut self.at, step)?;
+        self.linearise(step, stage_weights(stage), is_transposed)
+    }
+
     fn linearise(&mut self, step: usize, weights: [f64; 3], is_transposed: bool) -> Result<(), Failure> {
         self.equations.linearise(&mut self.at, weights, &mut self.tangent)?;
         if is_transposed {
@@ -92,6 +112,41 @@ impl<'a, M: Model + ?Sized> StepMatrix<'a, M> {
     }
 }
 
+/// Weights of the accelerations of a stage at its end.
+fn stage_weights(stage: f64) -> [f64; 3] {
+    [stage * stage, stage, 1.0]
+}
+
+/// Of each step the sizes of its first stage and of the rest, if it is one of two stages, after a jump of inputs.
+fn stages<M: Model + ?Sized>(
+    model: &mut M,
+    trajectory: &Trajectory<'_>,
+    scheme: Scheme,
+) -> Result<Vec<Option<[f64; 2]>>, Failure> {
+    let (n, mut stages) = (model.facts().n, vec![None; trajectory.t.len() - 1]);
+    let mut before = vec![0.0; n];
+    let mut scratch = ForwardScratch::of(&*model);
+    let mut inputs = model.facts().default_inputs.clone();
+    let steps = stages.len();
+    for interval in trajectory.intervals.iter().filter(|interval| interval.first < steps) {
+        if interval.inputs == inputs {
+            continue;
+        }
+        let (t, [q, v, a]) = trajectory.state(interval.first, n);
+        model.set_inputs(&inputs);
+        model.set_time(t)?;
+        inputs.clone_from(&interval.inputs);
+        let h = trajectory.t[interval.first + 1] - t;
+        model
+            .forward_dynamics(q, v, &mut before, &mut scratch)
+            .map_err(|_| Failure::Singular(interval.first))?;
+        if scheme.bridges_jump([&before, a], &model.facts().typical_coordinates, h) {
+            stages[interval.first] = Some([FIRST_STAGE * h, h - FIRST_STAGE * h]);
+        }
+    }
+    Ok(stages)
+}
+
 /// Derivatives of coordinates and velocities of all states with respect to all parameters.
 pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     model: &mut M,
@@ -100,7 +155,7 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     monitor: &mut Monitor<'_>,
 ) -> Result<StateDerivatives, Failure> {
     let (n, p) = (model.facts().n, parameters.of.len());
-    let steps = trajectory.steps(model, scheme);
+    let (steps, stages) = (trajectory.steps(model, scheme), stages(model, trajectory, scheme)?);
     let mut system = StepMatrix::new(model, trajectory);
     let (mut q, mut v) = (parameters.dq0.clone(), parameters.dv0.clone());
     let [mut a, mut before] = [0; 2].map(|_| Matrix::zeros(n, p));
@@ -114,11 +169,27 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
     let mut s = a.clone();
     kept.add([&q, &v]);
     for step in 1..trajectory.t.len() {
-        let Step { made_for: (h, _), weights, displacement, velocity, rest, gain } = steps[step - 1];
-        for i in 0..n * p {
-            let (a, s) = (a[i], s[i]);
-            q_base[i] = q[i] + h * v[i] + displacement[0] * a + displacement[1] * s;
-            v_base[i] = v[i] + velocity[0] * a + velocity[1] * s;
+        let Step { made_for: (h, _), mut weights, displacement, velocity, mut rest, mut gain } =
+            steps[step - 1];
+        if let Some([stage, remaining]) = stages[step - 1] {
+            weights = stage_weights(stage);
+            for i in 0..n * p {
+                q_base[i] = q[i] + stage * v[i];
+            }
+            system.first_stage(trajectory, step, [stage, remaining], false)?;
+            system.accelerations([&q_base, &v], parameters, &mut a)?;
+            for i in 0..n * p {
+                v_base[i] = v[i] + remaining * a[i];
+                q_base[i] = q[i] + remaining * (v[i] + weights[1] * a[i]) + stage * v_base[i];
+            }
+            // Algorithmic accelerations begin anew.
+            (rest, gain) = ([0.0; 2], 1.0);
+        } else {
+            for i in 0..n * p {
+                let (a, s) = (a[i], s[i]);
+                q_base[i] = q[i] + h * v[i] + displacement[0] * a + displacement[1] * s;
+                v_base[i] = v[i] + velocity[0] * a + velocity[1] * s;
+            }
         }
         s.iter_mut().zip(a.iter()).for_each(|(s, a)| *s = rest[0] * a + rest[1] * *s);
         system.end(trajectory, step, weights, false)?;
@@ -153,7 +224,7 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
 ) -> Result<Vec<f64>, Failure> {
     let n = model.facts().n;
     let mut gradient = vec![0.0; parameters.of.len()];
-    let steps = trajectory.steps(model, scheme);
+    let (steps, stages) = (trajectory.steps(model, scheme), stages(model, trajectory, scheme)?);
     let mut system = StepMatrix::new(model, trajectory);
     // Adjoint variables: derivatives of the function with respect to q, v, a and s of the current state.
     let [mut on_q, mut on_v, mut on_a, mut on_s] = [0; 4].map(|_| vec![0.0; n]);
@@ -176,7 +247,31 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
                 system.equations.hold(interval - 1, parameters.of);
             }
         }
-        if step > 0 {
+        if step > 0
+            && let Some([stage, remaining]) = stages[step - 1]
+        {
+            let [of_q, of_v, _] = stage_weights(stage);
+            system.end(trajectory, step, [of_q, of_v, 1.0], true)?;
+            for i in 0..n {
+                lambda[i] = -(on_a[i] + on_s[i] + of_q * on_q[i] + of_v * on_v[i]);
+            }
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
+            // Now of what the second stage starts from: of the coordinates and velocities before the step, and of the velocities and
+            // accelerations of the first stage.
+            for i in 0..n {
+                on_v[i] += stage * on_q[i];
+                lambda[i] = -remaining * (on_v[i] + of_v * on_q[i]);
+                (on_a[i], on_s[i]) = (on_q[i], on_v[i]);
+                (on_q[i], on_v[i]) = (0.0, remaining * on_q[i]);
+            }
+            system.first_stage(trajectory, step, [stage, remaining], true)?;
+            system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
+            for i in 0..n {
+                let (q, v) = (on_q[i], on_v[i]);
+                (on_q[i], on_v[i]) = (on_a[i] + q, on_s[i] + stage * q + v);
+                (on_a[i], on_s[i]) = (0.0, 0.0);
+            }
+        } else if step > 0 {
             let Step { made_for: (h, _), weights: of_a, displacement, velocity, rest, gain } =
                 steps[step - 1];
             system.end(trajectory, step, of_a, true)?;

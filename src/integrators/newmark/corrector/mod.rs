@@ -321,6 +321,11 @@ impl<V: Numbers> Corrector<V> {
         &self.inverse_tolerance
     }
 
+    /// Typical sizes of coordinates.
+    pub(super) fn sizes(&self) -> &[f64] {
+        &self.sizes
+    }
+
     /// Finds the accelerations of `trial` at which the residual vanishes, starting from `guess`. `last` are those at
     /// the start of the step; tolerances are relative to the larger ones of both. `h` is the step size. After a failure
     /// the trial is undefined.

@@ -12,10 +12,17 @@ use crate::integrators::newmark::scheme::FIRST_STAGE;
 use crate::integrators::second_order::{SecondOrderSystem, Solved};
 
 impl<V: Numbers> StepperOf<V> {
-    /// Remembers that forces or velocities have jumped, from these accelerations on, if the next step is to be one of its own.
-    pub(super) fn expect_jump(&mut self) {
+    /// Forces have jumped, and with them accelerations to these: remembers whether the next step is to be one of two stages.
+    pub(super) fn expect_jump(&mut self, a: &[f64]) {
         let is_held = !V::IS_PLAIN && (self.a.len() > self.q.len() || self.unilateral.touches());
-        self.is_after_jump = self.error_estimate.is_none() && self.scheme.bridges_jumps() && !is_held;
+        let h = if self.t < self.t_end {
+            self.grid.step(self.fixed_steps, self.t_end).1
+        } else {
+            self.options.dt
+        };
+        self.is_after_jump = self.error_estimate.is_none()
+            && !is_held
+            && self.scheme.bridges_jump([&self.a, a], self.corrector.sizes(), h);
     }
 
     /// Solves the equations of the two stages of a step of size `h` after a jump; the result is in `trial`.

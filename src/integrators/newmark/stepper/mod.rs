@@ -299,7 +299,7 @@ impl<V: Numbers> StepperOf<V> {
     /// Replaces the current accelerations after a jump of forces.
     fn jump(&mut self, a: &[f64]) {
         self.unilateral.forget();
-        self.expect_jump();
+        self.expect_jump(a);
         for (i, (new, old)) in a.iter().zip(self.a.iter_mut()).enumerate() {
             // Algorithmic and previous accelerations keep their differences from the current ones.
             self.s[i] += new - *old;
@@ -312,7 +312,7 @@ impl<V: Numbers> StepperOf<V> {
     /// Continues from this state after a jump of velocities. `a` are accelerations, followed by multipliers.
     fn restart(&mut self, [q, v, a]: [&[f64]; 3]) {
         self.unilateral.forget();
-        self.expect_jump();
+        self.expect_jump(a);
         self.q.copy_from_slice(q);
         self.v.copy_from_slice(v);
         self.a_old.copy_from_slice(if self.is_after_jump { &self.a } else { a });
