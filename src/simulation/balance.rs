@@ -284,6 +284,16 @@ impl<'a> FlowMeter<'a> {
         model: &mut M,
         state: State<'_>,
     ) -> Result<(), Interrupted> {
+        self.step_that_loses(model, state, None)
+    }
+
+    /// The same; at least what energies lose over the step, if that is given, is dissipated or work.
+    fn step_that_loses<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+        lost: Option<f64>,
+    ) -> Result<(), Interrupted> {
         let before = self.total;
         let is_near = model.facts().has_contact && model.may_touch();
         self.is_apart = self.is_damped
@@ -293,12 +303,35 @@ impl<'a> FlowMeter<'a> {
             && !self.was_near;
         self.was_near = is_near;
         self.add_step(model, &state, self.rule)?;
+        if let Some(lost) = lost {
+            let [dissipated, work] = [0, 1].map(|i| self.total[i] - before[i]);
+            self.total[0] += (lost + work - dissipated).max(0.0);
+        }
         match self.t_eval {
             None => self.record(self.total),
             Some(times) => self.record_up_to(model, times, &state, before)?,
         }
         self.begin_at(state);
         Ok(())
+    }
+
+    /// The same over a step after a jump. Of a damped model, what energies lose beyond counts as dissipated: the step removes what the jump excites
+    /// and damping consumes within the step.
+    pub(crate) fn step_after_jump<M: Model + ?Sized>(
+        &mut self,
+        model: &mut M,
+        state: State<'_>,
+    ) -> Result<(), Interrupted> {
+        if !self.is_damped {
+            return self.step(model, state);
+        }
+        let mut lost = 0.0;
+        for (t, [q, v], sign) in [(self.t, [&self.q[..], &self.v], 1.0), (state.t, [state.q, state.v], -1.0)]
+        {
+            model.set_time(t)?;
+            lost += sign * model.energy(q, v).total();
+        }
+        self.step_that_loses(model, state, Some(lost))
     }
 
     /// The same over a step that consists of these, each from one state to the next, along the quintic polynomials through both.

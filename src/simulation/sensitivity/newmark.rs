@@ -129,7 +129,8 @@ fn stages<M: Model + ?Sized>(
     let mut inputs = model.facts().default_inputs.clone();
     let steps = stages.len();
     for interval in trajectory.intervals.iter().filter(|interval| interval.first < steps) {
-        if interval.inputs == inputs {
+        if interval.first == 0 || interval.inputs == inputs {
+            inputs.clone_from(&interval.inputs);
             continue;
         }
         let (t, [q, v, a]) = trajectory.state(interval.first, n);

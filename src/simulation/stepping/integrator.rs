@@ -264,6 +264,11 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// Whether the last step removed what a jump before it excited faster than the step.
+    pub(super) fn has_bridged_jump(&self) -> bool {
+        if let Self::Newmark { stepper, .. } = self { stepper.has_stages() } else { false }
+    }
+
     /// Velocities after a jump of prescribed velocities, and accelerations and multipliers then. The impulses of
     /// everything but what is prescribed, `M dv`, balance each other: `dv` is the change of the accelerations
     /// with the change of prescribed velocities, at the time `corner`, added to prescribed accelerations. Allocates.

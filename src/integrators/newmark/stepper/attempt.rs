@@ -67,7 +67,7 @@ impl<V: Numbers> StepperOf<V> {
         }
         self.trial.t = t_new;
         self.size = h;
-        (self.forgets, self.lags) = (false, false);
+        (self.forgets, self.lags, self.has_stages) = (false, false, false);
         let solved = self.correct(system, h)?;
         // Without constraints there are no multipliers behind the accelerations.
         if V::IS_PLAIN || self.a.len() == self.q.len() || solved.is_err() {
@@ -147,7 +147,7 @@ impl<V: Numbers> StepperOf<V> {
         let trial = &mut self.trial;
         trial.t = t_new;
         self.size = h;
-        self.forgets = true;
+        (self.forgets, self.has_stages) = (true, false);
         if !self.scheme.has_inertia() {
             model_of(system).mean_rates_over(h);
         }

@@ -20,7 +20,9 @@ impl<V: Numbers> StepperOf<V> {
         } else {
             self.options.dt
         };
+        // What jumps at the start belongs to the start.
         self.is_after_jump = self.error_estimate.is_none()
+            && self.counters.steps > 0
             && !is_held
             && self.scheme.bridges_jump([&self.a, a], self.corrector.sizes(), h);
     }
@@ -54,7 +56,7 @@ impl<V: Numbers> StepperOf<V> {
         let solved = corrector.solve(system, trial, guessed, guessed, h, counters);
         self.size = h;
         // Algorithmic accelerations begin anew.
-        (self.forgets, self.lags) = (true, false);
+        (self.forgets, self.lags, self.has_stages) = (true, false, true);
         solved
     }
 }

@@ -141,6 +141,11 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.jump(a));
     }
 
+    /// Whether the last step was one of two stages, after a jump.
+    pub(crate) fn has_stages(&self) -> bool {
+        of_kind!(&self.0, stepper => stepper.has_stages)
+    }
+
     /// Continues from this state after a jump of velocities. `a` are accelerations, followed by multipliers.
     pub(crate) fn restart(&mut self, motion: [&[f64]; 3]) {
         of_kind!(&mut self.0, stepper => stepper.restart(motion));

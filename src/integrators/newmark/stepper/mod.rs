@@ -98,6 +98,8 @@ struct StepperOf<V> {
     lags: bool,
     /// Whether forces or velocities have jumped since the last step, so that the next one is [one of its own](jump).
     is_after_jump: bool,
+    /// Whether the last step or trial was such a step.
+    has_stages: bool,
     unilateral: Unilateral,
     /// Number of independent active constraints in the last step; all before the first step.
     rank: usize,
@@ -156,6 +158,7 @@ impl<V: Numbers> StepperOf<V> {
             forgets: false,
             lags: false,
             is_after_jump: false,
+            has_stages: false,
             has_contact: false,
             has_corners: false,
             is_one_sided: false,

@@ -395,8 +395,10 @@ impl<M: Model> Run<M> {
     /// Adds what flows in the last step to what a meter has measured before it.
     pub(crate) fn measure(&mut self, meter: &mut FlowMeter<'_>) -> Result<(), Interrupted> {
         let Self { integrator, impact_resolver, .. } = self;
+        let has_bridged_jump = integrator.has_bridged_jump();
         integrator.observe(|model, state| match impact_resolver.within() {
             Some(within) => meter.steps(model, within.steps()),
+            None if has_bridged_jump => meter.step_after_jump(model, state),
             None => meter.step(model, state),
         })
     }
