@@ -202,6 +202,13 @@ impl Scheme {
         self.alpha_m == 0.0 && self.alpha_f == 0.0
     }
 
+    /// Weights, in the algorithmic accelerations at the end of a step of two stages, of the accelerations at the ends of both: those
+    /// that follow change as they do between these.
+    pub(crate) fn after_stages(&self) -> [f64; 2] {
+        let ahead = self.shift() / (1.0 - FIRST_STAGE);
+        [-ahead, 1.0 + ahead]
+    }
+
     /// Whether the step of size `h` after accelerations have jumped from one to the other is one of two stages, for coordinates of these sizes. Steps of
     /// conditionally stable members resolve what is fast.
     pub(crate) fn bridges_jump(&self, [before, after]: [&[f64]; 2], sizes: &[f64], h: f64) -> bool {

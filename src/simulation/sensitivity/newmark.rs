@@ -184,7 +184,8 @@ pub(super) fn forward<M: Model + ?Sized, F: Model + ?Sized>(
                 q_base[i] = q[i] + remaining * (v[i] + weights[1] * a[i]) + stage * v_base[i];
             }
             // Algorithmic accelerations begin anew.
-            (rest, gain) = ([0.0; 2], 1.0);
+            let [of_first, of_end] = scheme.after_stages();
+            (rest, gain) = ([of_first, 0.0], of_end);
         } else {
             for i in 0..n * p {
                 let (a, s) = (a[i], s[i]);
@@ -252,16 +253,17 @@ pub(super) fn adjoint<M: Model + ?Sized, F: Model + ?Sized>(
             && let Some([stage, remaining]) = stages[step - 1]
         {
             let [of_q, of_v, _] = stage_weights(stage);
+            let [of_first, of_end] = scheme.after_stages();
             system.end(trajectory, step, [of_q, of_v, 1.0], true)?;
             for i in 0..n {
-                lambda[i] = -(on_a[i] + on_s[i] + of_q * on_q[i] + of_v * on_v[i]);
+                lambda[i] = -(on_a[i] + of_end * on_s[i] + of_q * on_q[i] + of_v * on_v[i]);
             }
             system.back(&mut lambda, parameters, [&mut gradient, &mut on_q, &mut on_v], together)?;
             // Now of what the second stage starts from: of the coordinates and velocities before the step, and of the velocities and
             // accelerations of the first stage.
             for i in 0..n {
                 on_v[i] += stage * on_q[i];
-                lambda[i] = -remaining * (on_v[i] + of_v * on_q[i]);
+                lambda[i] = -(remaining * (on_v[i] + of_v * on_q[i]) + of_first * on_s[i]);
                 (on_a[i], on_s[i]) = (on_q[i], on_v[i]);
                 (on_q[i], on_v[i]) = (0.0, remaining * on_q[i]);
             }

@@ -64,7 +64,8 @@ def test_derivatives_with_respect_to_inputs_are_those_of_whole_runs(options):
                 result = run(model, u, dt=0.01, **options)
                 return np.stack([result.q, result.v])
 
-            expected = differences(moved, U[k, i], 1e-3)
+            # Rows remain nearly equal: steps after larger jumps are of another kind.
+            expected = differences(moved, U[k, i], 1e-6)
             column = found.names.index(f"u[{k}][{i}]")
             derivative = np.stack([found.dq[..., column], found.dv[..., column]])
             for j in range(2):

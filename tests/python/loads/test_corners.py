@@ -164,33 +164,45 @@ def test_jumps_next_to_each_other_are_seen_one_by_one(method):
     assert motion.v[-1, 0] == pytest.approx(exact, rel=1e-6)
 
 
-@pytest.mark.parametrize("method", ["hht", "generalised_alpha"])
-def test_a_step_after_a_jump_begins_anew(method):
-    """Accelerations before a jump say nothing: algorithmic ones are ahead of those after it alone."""
-    p, k, h = newmark.PRESETS[method], 30.0, 0.05
-    shift = p.alpha_m - p.alpha_f
+@pytest.mark.parametrize("method", ["newmark", "hht", "generalised_alpha"])
+def test_the_step_after_a_jump_has_two_stages(method):
+    """Those of Alexander (1977), and after them the method begins anew."""
+    p, k, c, h = newmark.PRESETS[method], 30.0, 4.0, 0.05
     jump = 3 * h
     table = ([0.0, jump, jump + 1e-13, 9.0], [[2.0, 0, 0], [2.0, 0, 0], [-5.0, 0, 0], [-5.0, 0, 0]])
-    found = lissom.simulate(slider(table, stiffness=k), 6 * h, method=method, dt=h, q0=[0.1], v0=[0.3])
+    model = slider(table, stiffness=k, damping=c)
+    found = lissom.simulate(model, 6 * h, method=method, dt=h, q0=[0.1], v0=[0.3])
     at = np.searchsorted(found.t, jump + 1e-12) - 1
-    q, v, step = found.q[at, 0], found.v[at, 0], found.t[at + 1] - found.t[at]
-    a = -5.0 - k * q
+    q, v = found.q[at, 0], found.v[at, 0]
+    assert np.diff(found.t[at : at + 3]) == pytest.approx(h)
+
+    # y' = A y + b: y1 = y0 + g h f(y1), y2 = y0 + h ((1 - g) f(y1) + g f(y2)), with the root g < 1/2 of 2 g^2 - 4 g + 1.
+    g = min(np.roots([2.0, -4.0, 1.0]))
+    of, constant = np.array([[0.0, 1.0], [-k, -c]]), np.array([0.0, -5.0])
+    implicit, start = np.eye(2) - g * h * of, np.array([q, v])
+    first = np.linalg.solve(implicit, start + g * h * constant)
+    second = np.linalg.solve(
+        implicit, start + h * (1 - g) * (of @ first + constant) + g * h * constant
+    )
+    assert_allclose([found.q[at + 1, 0], found.v[at + 1, 0]], second, rtol=1e-7)
+
+    # Algorithmic accelerations are ahead as if accelerations had changed at that rate before.
+    q, v = second
+    a, a_first = (-5.0 - k * q - c * v for q, v in (second, first))
+    start = a + (p.alpha_m - p.alpha_f) * (a - a_first) / (1 - g)
 
     def equations(x):
-        a_end = x[2]
-        ahead = shift * (a_end - a)
-        start, end = a + ahead, a_end + ahead
+        end = ((1 - p.alpha_f) * x[2] + p.alpha_f * a - p.alpha_m * start) / (1 - p.alpha_m)
         return np.array(
             [
-                x[0] - q - step * v - step**2 * ((0.5 - p.beta) * start + p.beta * end),
-                x[1] - v - step * ((1 - p.gamma) * start + p.gamma * end),
-                a_end + k * x[0] + 5.0,
+                x[0] - q - h * v - h**2 * ((0.5 - p.beta) * start + p.beta * end),
+                x[1] - v - h * ((1 - p.gamma) * start + p.gamma * end),
+                x[2] + k * x[0] + c * x[1] + 5.0,
             ]
         )
 
-    assert step == pytest.approx(h)
     expected = newmark.root(equations, np.array([q, v, a]))
-    assert_allclose([found.q[at + 1, 0], found.v[at + 1, 0]], expected[:2], rtol=1e-7)
+    assert_allclose([found.q[at + 2, 0], found.v[at + 2, 0]], expected[:2], rtol=1e-7)
 
 
 @pytest.mark.parametrize("scheme", SCHEMES)

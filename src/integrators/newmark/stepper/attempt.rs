@@ -354,7 +354,10 @@ impl<V: Numbers> Stepper for StepperOf<V> {
             self.guess = if self.is_after_jump { Guess::Last } else { self.best_guess(h) };
         }
         self.is_after_jump = false;
-        if std::mem::take(&mut self.forgets) {
+        let forgets = std::mem::take(&mut self.forgets);
+        if forgets && self.has_stages {
+            self.begin_memory();
+        } else if forgets {
             let n = self.q.len();
             self.s.copy_from_slice(&self.trial.a[..n]);
             self.h_of_s = h;

@@ -27,6 +27,17 @@ impl<V: Numbers> StepperOf<V> {
             && self.scheme.bridges_jump([&self.a, a], self.corrector.sizes(), h);
     }
 
+    /// Algorithmic accelerations begin anew at the end of a step of two stages.
+    pub(super) fn begin_memory(&mut self) {
+        let [of_first, of_end] = self.scheme.after_stages();
+        // The guess of the last solve is the first stage.
+        let stages = self.guessed.iter().zip(self.trial.a.iter());
+        for (s, (first, end)) in self.s.iter_mut().zip(stages) {
+            *s = of_first * first + of_end * end;
+        }
+        self.h_of_s = self.size;
+    }
+
     /// Solves the equations of the two stages of a step of size `h` after a jump; the result is in `trial`.
     pub(super) fn attempt_after_jump<S: SecondOrderSystem + ?Sized>(
         &mut self,
@@ -55,7 +66,6 @@ impl<V: Numbers> StepperOf<V> {
         guessed.copy_from_slice(&trial.a);
         let solved = corrector.solve(system, trial, guessed, guessed, h, counters);
         self.size = h;
-        // Algorithmic accelerations begin anew.
         (self.forgets, self.lags, self.has_stages) = (true, false, true);
         solved
     }
