@@ -129,8 +129,7 @@ fn stages<M: Model + ?Sized>(
     let mut inputs = model.facts().default_inputs.clone();
     let steps = stages.len();
     for interval in trajectory.intervals.iter().filter(|interval| interval.first < steps) {
-        if interval.first == 0 || interval.inputs == inputs {
-            inputs.clone_from(&interval.inputs);
+        if interval.inputs == inputs {
             continue;
         }
         let (t, [q, v, a]) = trajectory.state(interval.first, n);
@@ -141,11 +140,40 @@ fn stages<M: Model + ?Sized>(
         model
             .forward_dynamics(q, v, &mut before, &mut scratch)
             .map_err(|_| Failure::Singular(interval.first))?;
-        if scheme.bridges_jump([&before, a], &model.facts().typical_coordinates, h) {
-            stages[interval.first] = Some([FIRST_STAGE * h, h - FIRST_STAGE * h]);
+        let sizes = [FIRST_STAGE * h, h - FIRST_STAGE * h];
+        if scheme.bridges_jump([&before, a], &model.facts().typical_coordinates, h)
+            && (interval.first > 0 || starts_with_stages(model, trajectory, scheme, sizes)?)
+        {
+            stages[interval.first] = Some(sizes);
         }
     }
     Ok(stages)
+}
+
+/// Whether the first step is one of two stages of these sizes: jumps at the start are followed by a step of the scheme if that can be solved. Either
+/// step relates velocities to accelerations.
+fn starts_with_stages<M: Model + ?Sized>(
+    model: &mut M,
+    trajectory: &Trajectory<'_>,
+    scheme: Scheme,
+    [stage, rest]: [f64; 2],
+) -> Result<bool, Failure> {
+    let n = model.facts().n;
+    let ((_, [q, v, a]), (t, [q_end, v_end, _])) = (trajectory.state(0, n), trajectory.state(1, n));
+    let (step, mut a_end) = (scheme.step(stage + rest, Some(1.0)), vec![0.0; n]);
+    model.set_inputs(&trajectory.intervals[0].inputs);
+    model.set_time(t)?;
+    let mut scratch = ForwardScratch::of(&*model);
+    model.forward_dynamics(q_end, v_end, &mut a_end, &mut scratch).map_err(|_| Failure::Singular(1))?;
+    let [mut of_scheme, mut of_stages] = [0.0_f64; 2];
+    for i in 0..n {
+        let change = v_end[i] - v[i];
+        let by_scheme = (step.velocity[0] + step.velocity[1]) * a[i] + step.weights[1] * a_end[i];
+        of_scheme = of_scheme.max((change - by_scheme).abs());
+        let by_places = (q_end[i] - q[i] - stage * v_end[i]) / rest - v[i];
+        of_stages = of_stages.max((by_places - stage * (change - stage * a_end[i]) / rest).abs());
+    }
+    Ok(of_stages < of_scheme)
 }
 
 /// Derivatives of coordinates and velocities of all states with respect to all parameters.

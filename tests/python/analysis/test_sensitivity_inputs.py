@@ -1,5 +1,7 @@
 """Derivatives of runs with respect to inputs of control steps, compared with central differences."""
 
+import warnings
+
 import numpy as np
 import pytest
 from test_sensitivity import TIGHT
@@ -142,3 +144,29 @@ def test_models_without_inputs_take_none():
     rod = lissom.Rod([lissom.Segment(0.2, 0.01, 3e5, 1.5e5, 1100, modes={"bend_y": 1})])
     with pytest.raises(ValueError, match="u: this model has no inputs"):
         lissom.sensitivity(rod, 0.1, ["v0"], u=[1.0])
+
+
+def test_a_start_that_jumps_too_far_for_its_step():
+    """A tension that begins at once: the first step is solved by two stages, where that of the method has no solution."""
+    segment = lissom.Segment(
+        0.2, 4.6e-3, 4e8, 1.3e8, 1200.0, {"torsion": 1, "bend_y": 2, "bend_z": 2}, retardation_time=1e-3
+    )
+    paths = [[lissom.Along("rod", place)] for place in ((3.7e-3, 0.0), (-1.8e-3, 3.2e-3))]
+    tendons = [
+        lissom.Tendon(f"t{i}", path, tension=lissom.Input(f"t{i}")) for i, path in enumerate(paths)
+    ]
+    model = lissom.Rod([segment], actuators=tendons)
+    start = np.array([[60.0, 90.0], [20.0, 40.0], [70.0, 10.0]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", lissom.AccuracyWarning)
+        found = lissom.sensitivity(model, 0.03, ["u"], u=start, control_step=0.01, dt=0.01, **TIGHT)
+        for k, i in np.ndindex(3, 2):
+
+            def moved(value, k=k, i=i):
+                u = start.copy()
+                u[k, i] = value
+                return run(model, u, dt=0.01, t_end=0.03, control_step=0.01).q
+
+            expected = differences(moved, start[k, i], 1e-3)
+            derivative = found.dq[..., found.names.index(f"u[{k}][{i}]")]
+            assert np.abs(derivative - expected).max() < 1e-6 * np.abs(expected).max()

@@ -39,8 +39,9 @@ impl<V: Numbers> StepperOf<V> {
         if !V::IS_PLAIN && !self.scheme.has_inertia() {
             return self.attempt_without_inertia(system, t_new, h);
         }
-        // What it cannot solve, the method may.
-        if self.is_after_jump && self.attempt_after_jump(system, t_new, h)?.is_ok() {
+        // What jumps at the start belongs to the start. What one of both steps cannot solve, the other one may.
+        if self.is_after_jump && self.counters.steps > 0 && self.attempt_after_jump(system, t_new, h)?.is_ok()
+        {
             return Ok(Ok(()));
         }
         let is_plain = self.scheme.is_plain();
@@ -69,6 +70,9 @@ impl<V: Numbers> StepperOf<V> {
         self.size = h;
         (self.forgets, self.lags, self.has_stages) = (false, false, false);
         let solved = self.correct(system, h)?;
+        if solved.is_err() && self.is_after_jump && self.counters.steps == 0 {
+            return self.attempt_after_jump(system, t_new, h);
+        }
         // Without constraints there are no multipliers behind the accelerations.
         if V::IS_PLAIN || self.a.len() == self.q.len() || solved.is_err() {
             return Ok(solved);

@@ -20,9 +20,7 @@ impl<V: Numbers> StepperOf<V> {
         } else {
             self.options.dt
         };
-        // What jumps at the start belongs to the start.
         self.is_after_jump = self.error_estimate.is_none()
-            && self.counters.steps > 0
             && !is_held
             && self.scheme.bridges_jump([&self.a, a], self.corrector.sizes(), h);
     }
