@@ -147,7 +147,7 @@ def test_models_without_inputs_take_none():
 
 
 def test_a_start_that_jumps_too_far_for_its_step():
-    """Tensions that begin at once: the first step has two stages, where that of the method has no solution."""
+    """Tensions at once: the first step has two stages, where that of the method has no solution."""
     segment = lissom.Segment(
         0.2, 4.6e-3, 4e8, 1.4e8, 1200.0, {"torsion": 1, "bend_y": 2, "bend_z": 2}, retardation_time=1e-3
     )

@@ -176,7 +176,7 @@ def test_the_step_after_a_jump_has_two_stages(method):
     q, v = found.q[at, 0], found.v[at, 0]
     assert np.diff(found.t[at : at + 3]) == pytest.approx(h)
 
-    # y' = A y + b: y1 = y0 + g h f(y1), y2 = y0 + h ((1 - g) f(y1) + g f(y2)), with a root g of 2 g^2 - 4 g + 1.
+    # y' = f(y): y1 = y0 + g h f(y1), y2 = y0 + h ((1 - g) f(y1) + g f(y2)), and g a root of 2 g^2 - 4 g + 1.
     g = min(np.roots([2.0, -4.0, 1.0]))
     of, constant = np.array([[0.0, 1.0], [-k, -c]]), np.array([0.0, -5.0])
     implicit, start = np.eye(2) - g * h * of, np.array([q, v])
