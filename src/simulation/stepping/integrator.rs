@@ -264,6 +264,13 @@ impl<M: Model> Integrator<M> {
         }
     }
 
+    /// Goes on by the method after a jump of what is prescribed, which its steps drag along by what is known of them.
+    pub(super) fn ignore_jump(&mut self) {
+        if let Self::Newmark { stepper, .. } = self {
+            stepper.ignore_jump();
+        }
+    }
+
     /// Whether the last step removed what a jump before it excited faster than the step.
     pub(super) fn has_bridged_jump(&self) -> bool {
         if let Self::Newmark { stepper, .. } = self { stepper.has_stages() } else { false }

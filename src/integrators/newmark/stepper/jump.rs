@@ -25,6 +25,12 @@ impl<V: Numbers> StepperOf<V> {
             && self.scheme.bridges_jump([&self.a, a], self.corrector.sizes(), h);
     }
 
+    /// Goes on by the scheme after a jump.
+    pub(super) fn ignore_jump(&mut self) {
+        self.is_after_jump = false;
+        self.a_old.copy_from_slice(&self.a);
+    }
+
     /// Algorithmic accelerations begin anew at the end of a step of two stages.
     pub(super) fn begin_memory(&mut self) {
         let [of_first, of_end] = self.scheme.after_stages();

@@ -141,6 +141,11 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.jump(a));
     }
 
+    /// Goes on by the scheme after a jump.
+    pub(crate) fn ignore_jump(&mut self) {
+        of_kind!(&mut self.0, stepper => stepper.ignore_jump());
+    }
+
     /// Whether the last step was one of two stages, after a jump.
     pub(crate) fn has_stages(&self) -> bool {
         of_kind!(&self.0, stepper => stepper.has_stages)

@@ -339,7 +339,7 @@ impl<V: Numbers> StepperOf<V> {
     /// Replaces the end of the last step, which was repeated by another method.
     fn end_instead(&mut self, motion: [&[f64]; 3], touches: bool) {
         self.restart(motion);
-        self.is_after_jump = false;
+        self.ignore_jump();
         self.unilateral.resolve(touches);
     }
 

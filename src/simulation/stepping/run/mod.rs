@@ -416,6 +416,9 @@ impl<M: Model> Run<M> {
         };
         self.jumped_at = Some(corner);
         self.integrator.restart([&q, &v, &a])?;
+        if self.prescribed_watch.is_some() {
+            self.integrator.ignore_jump();
+        }
         self.follow_prescribed(|prescribed_watch, model, _| prescribed_watch.jump(model))?;
         let work = self.energy()?.total() - before;
         self.work = Some(self.work.unwrap_or(0.0) + work);
