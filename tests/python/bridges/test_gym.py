@@ -30,12 +30,12 @@ def name(request):
 
 
 class Overpulled(lissom.gym.Reach):
-    """Tendons that make an arm turn by more in the second step than Newton's method can follow."""
+    """Tendons that make an arm turn by more within four steps than Newton's method can follow."""
 
     control_step = 0.02
 
     def inputs(self, actions):
-        return 60.0 * (actions + 1.0)
+        return 400.0 * (actions + 1.0)
 
 
 class Turning(lissom.gym.Task):
@@ -493,7 +493,7 @@ def test_a_step_that_fails_ends_the_episode():
     assert info["status"] == env.simulation.status != "finished"
     assert info["message"] == env.simulation.message
     assert observation in env.observation_space
-    # The first of four steps succeeded.
+    # The first of four steps have succeeded.
     assert_array_equal(observation[: len(state)], np.clip(env.simulation.q, -100.0, 100.0))
     assert not np.array_equal(env.simulation.q, state)
     env.reset()
