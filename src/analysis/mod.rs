@@ -7,6 +7,7 @@ pub(crate) mod growing;
 pub mod modes;
 pub(crate) mod normalised;
 pub mod reach;
+pub mod refined_modes;
 pub(crate) mod refined;
 pub(crate) mod small_motions;
 pub(crate) mod spectrum;

@@ -270,6 +270,10 @@ impl InContact for AsSprings<'_> {
         self.model.name_of_contact(contact)
     }
 
+    fn advice_on_deep_overlap(&self, contact: usize) -> String {
+        self.model.advice_on_deep_overlap(contact)
+    }
+
     fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
         self.model.advice_at_end(failed, deepest)
     }

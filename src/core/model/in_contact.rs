@@ -79,6 +79,9 @@ pub trait InContact: Dynamics {
     /// Name of a contact.
     fn name_of_contact(&self, contact: usize) -> String;
 
+    /// Advice in sentences, or nothing, on a shape that is refused because the surfaces of this contact overlap deeply. Allocates.
+    fn advice_on_deep_overlap(&self, contact: usize) -> String;
+
     /// Advice in sentences, or nothing: what to change if contacts are too soft, from the deepest overlap so far; and, after a failed
     /// run or search with these last shapes, the contact that overlaps most and the stop and tendon with the largest force in the last
     /// shape, or that are reached in the next one. Allocates.

@@ -172,6 +172,10 @@ impl<M: Smooth> InContact for M {
         String::new()
     }
 
+    fn advice_on_deep_overlap(&self, _contact: usize) -> String {
+        String::new()
+    }
+
     fn advice_at_end(&mut self, _failed: &[&[f64]], _deepest: Option<Overlap>) -> String {
         String::new()
     }

@@ -1,6 +1,7 @@
 //! Explanations and costs of a robot.
 
 pub(crate) mod cost;
+mod distances;
 pub(crate) mod explanation;
 mod overload;
 pub(crate) mod text;
@@ -9,4 +10,3 @@ mod units;
 pub use cost::Multiplications;
 pub use explanation::Explanation;
 pub(crate) use overload::overloads;
-pub(crate) use units::implausible_units;

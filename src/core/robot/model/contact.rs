@@ -92,6 +92,10 @@ impl InContact for RobotModel {
         self.robot.contacts.get(contact).map_or_else(String::new, |contact| contact.name.clone())
     }
 
+    fn advice_on_deep_overlap(&self, contact: usize) -> String {
+        self.robot.contacts.get(contact).map_or_else(String::new, contact::advice::on_deep_overlap)
+    }
+
     fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {
         let mut said = String::new();
         if self.facts.has_contact {
