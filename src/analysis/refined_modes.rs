@@ -38,7 +38,8 @@ pub struct RefinedModes {
 impl RefinedModes {
     /// Whether each frequency of the model is resolved.
     pub fn resolved(&self, frequency: &[f64]) -> Vec<bool> {
-        let close = |(refined, found): (&f64, &f64)| (found - refined).abs() <= RESOLVED * refined.max(*found);
+        let close =
+            |(refined, found): (&f64, &f64)| (found - refined).abs() <= RESOLVED * refined.max(*found);
         self.frequency.iter().zip(frequency).map(close).collect()
     }
 
@@ -56,7 +57,7 @@ impl RefinedModes {
         }
         let named = unresolved.iter().take(NAMED).map(|&k| {
             let (found, refined) = (hertz(frequency[k]), hertz(self.frequency[k]));
-            format!("number {} of {found:.3} Hz becomes {refined:.3} Hz", k + 1)
+            format!("number {} of {} Hz becomes {} Hz", k + 1, significant(found), significant(refined))
         });
         let named: Vec<String> = named.collect();
         let others = unresolved.len().saturating_sub(NAMED);
@@ -65,11 +66,25 @@ impl RefinedModes {
         let which = match first {
             0 => "The first frequency is not resolved".to_owned(),
             1 if unresolved.len() == resolved.len() - 1 => "Only the first frequency is resolved".to_owned(),
-            _ if unresolved.len() == resolved.len() - first => format!("The first {first} frequencies are resolved"),
-            _ => format!("{} of {} frequencies are resolved", resolved.len() - unresolved.len(), resolved.len()),
+            _ if unresolved.len() == resolved.len() - first => {
+                format!("The first {first} frequencies are resolved")
+            }
+            _ => format!(
+                "{} of {} frequencies are resolved",
+                resolved.len() - unresolved.len(),
+                resolved.len()
+            ),
         };
         format!("{which}; the following change {by}: {}{others}.", named.join(", "))
     }
+}
+
+/// A frequency with four digits.
+fn significant(hertz: f64) -> String {
+    const DIGITS: f64 = 4.0;
+    let before = hertz.abs().log10().floor() + 1.0;
+    let after = if before.is_finite() { (DIGITS - before).clamp(0.0, 12.0) } else { 0.0 };
+    format!("{hertz:.*}", after as usize)
 }
 
 /// The frequencies of the vibrations about rest at `q` with more modes, at a time and with inputs; `None` for models without modes, for
@@ -132,7 +147,8 @@ fn matched(overlaps: &[Vec<f64>], refined: &[f64]) -> Vec<f64> {
         };
         found.inspect(|&j| is_free[j] = false)
     };
-    let mut found: Vec<Option<usize>> = overlaps.iter().map(|row| take(row, &|share| share >= SAME, true)).collect();
+    let mut found: Vec<Option<usize>> =
+        overlaps.iter().map(|row| take(row, &|share| share >= SAME, true)).collect();
     for (row, found) in overlaps.iter().zip(&mut found) {
         if found.is_none() {
             *found = take(row, &|share| share >= RELATED, false).or_else(|| take(row, &|_| true, false));
@@ -163,14 +179,27 @@ mod tests {
     fn sentences_name_what_changes() {
         let tau = std::f64::consts::TAU;
         let found = [1.0, 6.3, 17.6, 60.0].map(|hertz| tau * hertz);
-        let refined = |hertz: [f64; 4]| RefinedModes { frequency: hertz.map(|hertz| tau * hertz).to_vec(), more: 4 };
+        let refined =
+            |hertz: [f64; 4]| RefinedModes { frequency: hertz.map(|hertz| tau * hertz).to_vec(), more: 4 };
         assert_eq!(
             refined([1.0, 6.3, 17.6, 34.5]).sentence(&found),
             "The first 3 frequencies are resolved; the following change by more than 1 % with 4 more `modes` of every strain: \
-             number 4 of 60 Hz becomes 34.5 Hz."
+             number 4 of 60.00 Hz becomes 34.50 Hz."
         );
-        assert!(refined([1.0, 6.3, 17.6, 59.9]).sentence(&found).starts_with("No frequency changes by more than 1 %"));
-        assert!(refined([0.5, 6.3, 17.6, 34.5]).sentence(&found).starts_with("The first frequency is not resolved; "));
-        assert!(refined([1.0, 6.0, 15.0, 34.5]).sentence(&found).starts_with("Only the first frequency is resolved; "));
+        assert!(
+            refined([1.0, 6.3, 17.6, 59.9])
+                .sentence(&found)
+                .starts_with("No frequency changes by more than 1 %")
+        );
+        assert!(
+            refined([0.5, 6.3, 17.6, 34.5])
+                .sentence(&found)
+                .starts_with("The first frequency is not resolved; ")
+        );
+        assert!(
+            refined([1.0, 6.0, 15.0, 34.5])
+                .sentence(&found)
+                .starts_with("Only the first frequency is resolved; ")
+        );
     }
 }

@@ -98,7 +98,7 @@ impl PyActuateResult {
         let shape = if is_single { vec![4, 4] } else { vec![poses.len(), 4, 4] };
         let [q, u] = [q, u].map(|values| ReadOnly::new(values.into_pyarray(py)));
         let (q, u) = (q?, u?);
-        let message = Message::new(message, Subject::at_rest(model, [q.bind(py), u.bind(py)], t));
+        let message = Message::new(message, Subject::at_rest(model, [&q, &u], t));
         Ok(Self {
             u,
             q,

@@ -7,12 +7,12 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
+use super::callback::or_raised;
 use super::errors::{LissomError, OrRaise as _};
 use super::model::PyModel;
 use super::record::{self, ReadOnly, Reduced};
 use super::remarks::{questions, with};
 use super::statics::{base, inputs_of, inputs_or_default, native_with};
-use super::callback::or_raised;
 use super::{background, convert};
 use crate::analysis::modes as core;
 use crate::analysis::modes::{Modes, NoModes};
@@ -151,8 +151,11 @@ impl Search {
             // Functions of time keep their exceptions in the thread that called them.
             refined.map(|refined| found.ok().zip(refined))
         };
-        let found =
-            if q.len() < background::LARGE { py.detach(search)? } else { background::run(py, move |_| search())?? };
+        let found = if q.len() < background::LARGE {
+            py.detach(search)?
+        } else {
+            background::run(py, move |_| search())??
+        };
         let mut remarks = Vec::new();
         let frequency = found.map(|(found, refined)| {
             remarks.push(refined.sentence(&found.frequency));

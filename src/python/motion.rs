@@ -207,9 +207,9 @@ impl PyMotionResult {
     #[getter]
     fn message<'a>(slf: &'a Bound<'_, Self>) -> PyResult<&'a str> {
         let own = slf.get();
-        let whole = own.message.get_or_try_init(slf.py(), || {
-            remarks::of_motion(slf.as_any(), &own.outcome, own.model.as_ref())
-        });
+        let whole = own
+            .message
+            .get_or_try_init(slf.py(), || remarks::of_motion(slf.as_any(), &own.outcome, own.model.as_ref()));
         whole.map(String::as_str)
     }
 

@@ -9,6 +9,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyString;
 
 use super::model::PyModel;
+use super::record::ReadOnly;
 use crate::robot::Robot;
 
 /// The message of a search, as an attribute of its result.
@@ -39,13 +40,9 @@ impl Subject {
         Self { model: model.clone().unbind(), equilibrium: None }
     }
 
-    /// An equilibrium of a model.
-    pub(super) fn at_rest(
-        model: &Bound<'_, PyModel>,
-        [q, u]: [&Bound<'_, PyArray1<f64>>; 2],
-        t: f64,
-    ) -> Self {
-        let [q, u] = [q, u].map(|array| array.clone().unbind());
+    /// An equilibrium of a model, all of whose loads act.
+    pub(super) fn at_rest(model: &Bound<'_, PyModel>, [q, u]: [&ReadOnly<PyArray1<f64>>; 2], t: f64) -> Self {
+        let [q, u] = [q, u].map(|array| array.bind(model.py()).clone().unbind());
         Self { model: model.clone().unbind(), equilibrium: Some(Rest { q, u, t }) }
     }
 

@@ -450,12 +450,8 @@ pub(crate) fn statics<'py>(
             Err(Interrupted) => Err(Unfinished::new((found, Tendons::default(), None))),
         })
     };
-    let name = |contact| {
-        let named = |model: &dyn Native| model.name_of_contact(contact);
-        base(&of_names).map_or_else(|_| String::new(), |model| model.get().inspect(named))
-    };
     run(py, n, search, |(found, tendons, error)| {
-        let deepest = PyOverlap::new(py, found.deepest, None, name)?;
+        let deepest = PyOverlap::new(base(&of_names)?, found.deepest, None)?;
         let doubt = error.as_ref().and_then(SpaceError::doubt);
         let result = PyStaticsResult::new(base(&of_names)?, found, (t, held), &tendons, deepest, error)?;
         let Some(doubt) = doubt else { return Ok(result) };
@@ -532,13 +528,10 @@ impl PyStaticsResult {
             if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
         let [q, u] = [q, u].map(|values| ReadOnly::new(values.into_pyarray(py)));
         let (q, u) = (q?, u?);
-        // Where the search ended early the loads do not act in full.
-        let message = match status.is_success() {
-            true => {
-                let subject = Subject::at_rest(model, [q.bind(py), u.bind(py)], t);
-                Message::new(message + &tendons.message() + &doubt, subject)
-            }
-            false => Message::new(message + &tendons.of_failure(), Subject::of_model(model)),
+        let message = if status.is_success() {
+            Message::new(message + &tendons.message() + &doubt, Subject::at_rest(model, [&q, &u], t))
+        } else {
+            Message::new(message + &tendons.of_failure(), Subject::of_model(model))
         };
         Ok(Self {
             q,

@@ -18,6 +18,7 @@ from .._lissom import (
     LissomError,
     Model,
     Robot,
+    Rod,
     Scene,
     Segment,
     SimulationSettings,
@@ -94,14 +95,20 @@ def advice(scene: Scene, doubt: str | None = None) -> list[str]:
     if not names_steps:
         said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    return said + about_modes(found)
+    # Robots of several links have frequencies of joints, too, and lie in contacts that more nodes feel elsewhere.
+    return said + about_modes(found) if isinstance(model, Rod) else said
 
 
 def about_model(model: Model) -> list[str]:
     """Advice on a model alone: implausible units, and shear that it leaves out."""
-    units = model._implausible_units() if isinstance(model, Robot) else []
+    units = implausible_units(model)
     shear = [sentence for link in view(model).links for sentence in about_shear(link)]
     return [*units, *shear]
+
+
+def implausible_units(model: Model) -> list[str]:
+    """Questions about numbers that are probably in other units than SI."""
+    return model._implausible_units() if isinstance(model, Robot) else []
 
 
 def about_inputs(model: Model) -> list[str]:
@@ -242,14 +249,14 @@ def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str
 
 
 def about_modes(found: Vibrations) -> list[str]:
-    """Accuracy of the natural frequencies, unless three of them or more are accurate."""
+    """Accuracy of the natural frequencies, unless all of them, or three, are accurate."""
     frequencies, right = found.frequencies, found.refined
     count = len(frequencies)
     if count == 0 or right is None:
         return []
     errors = np.abs(frequencies / right - 1.0)
     good = int(np.count_nonzero(errors <= RIGHT))
-    if good >= ENOUGH:
+    if good >= min(ENOUGH, count):
         return []
     worst = int(errors.argmax())
     return [

@@ -88,7 +88,7 @@ def triangles(found: Sequence[Part], axes: Array, shapes: Iterable[int] | None =
         hides, is_hidden = _hiding(obstacles, of_shape.corners, most)
         is_free &= ~is_hidden
         after[hides & is_free] = place
-    order = np.concatenate([after, *(np.full(len(part.corners), k) for k, part in enumerate(painted))])
+    order = np.concatenate([after + 0.5, *(np.full(len(part.corners), k) for k, part in enumerate(painted))])
     together = _joined([obstacles, *painted])
     # The middle of a wall over a tendon may be farther than that of the tendon, by the size of a triangle.
     depth = together.corners[..., 2].mean(axis=1) - most * together.is_inside

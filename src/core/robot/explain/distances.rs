@@ -44,9 +44,9 @@ pub(super) fn implausible_distances(robot: &Robot) -> Vec<String> {
             _ => None,
         };
         let on_links = || [a, b].into_iter().find_map(|surface| of_shape_on_link(robot, surface));
-        question.or_else(on_links).map(|what| {
-            format!("In the contact {:?} {what}; are all lengths in metres?", contact.name)
-        })
+        question
+            .or_else(on_links)
+            .map(|what| format!("In the contact {:?} {what}; are all lengths in metres?", contact.name))
     };
     robot.contacts.iter().filter_map(of_contact).collect()
 }
@@ -124,7 +124,9 @@ fn of_shape_on_link(robot: &Robot, surface: &Surface) -> Option<String> {
     let label = surface.obstacle().map_or_else(|| "a ball".to_owned(), |shape| shape.shape().label());
     let link = &robot.links[surface.link()?].name;
     let [beyond, whole] = [beyond, whole].map(significant);
-    Some(format!("{label} on {link:?} reaches {beyond} m from its place, and all links together are {whole} m long"))
+    Some(format!(
+        "{label} on {link:?} reaches {beyond} m from its place, and all links together are {whole} m long"
+    ))
 }
 
 /// How far a bounded surface on a link reaches from its place.

@@ -168,7 +168,9 @@ fn half_width_by_stiffness(segment: &Segment) -> f64 {
     let at = |i| {
         let stiffness = given.at(f64::from(i) / f64::from(PLACES)).stiffness;
         let bends = BENDS.into_iter().filter(|&bend| segment.modes[bend] > 0);
-        bends.map(|bend| 2.0 * (stiffness[bend][bend] / stiffness[STRETCH][STRETCH]).sqrt()).fold(0.0, f64::max)
+        bends
+            .map(|bend| 2.0 * (stiffness[bend][bend] / stiffness[STRETCH][STRETCH]).sqrt())
+            .fold(0.0, f64::max)
     };
     (0..=PLACES).map(at).fold(0.0, f64::max)
 }

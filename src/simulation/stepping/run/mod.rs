@@ -19,7 +19,7 @@ use crate::integrators::ode;
 use crate::integrators::second_order;
 use crate::integrators::second_order::{Counters, Failure, Grid, is_whole, number_of_steps};
 use crate::model::constraint::projection;
-use crate::model::{Energy, ForwardScratch, InvalidShape, Model, Overlap, SingularMass};
+use crate::model::{ContactText, Energy, ForwardScratch, InvalidShape, Model, Overlap, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
 
@@ -102,7 +102,7 @@ impl<M: Model> Run<M> {
         {
             let mut expected = "a start in which surfaces overlap by less than a radius".to_owned();
             if let InvalidShape::DeepPenetration { contact, .. } = invalid_shape {
-                let advice = model.advice_on_deep_overlap(contact);
+                let advice = model.text_of_contact(contact, ContactText::AdviceOnDeepOverlap);
                 expected += if advice.is_empty() { "" } else { "." };
                 expected += &advice;
             }

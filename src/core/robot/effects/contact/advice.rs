@@ -59,9 +59,12 @@ pub(crate) fn on_deep_overlap(contact: &Contact) -> String {
 /// Where the smooth centre line of a tube leaves the straight lines between its points, if that is much for its bore.
 fn on_centre_line(tube: &Tube) -> Option<String> {
     let points: Vec<_> = tube.points.iter().map(|&point| point.into()).collect();
-    let beside = |place| points.windows(2).map(|ends| to_segment(place, [ends[0], ends[1]])).fold(f64::INFINITY, f64::min);
+    let beside = |place| {
+        points.windows(2).map(|ends| to_segment(place, [ends[0], ends[1]])).fold(f64::INFINITY, f64::min)
+    };
     let places = CentreLine::new(&points).places(MEASURED).into_iter();
-    let (bulge, place) = places.map(|place| (beside(place), place)).max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    let (bulge, place) =
+        places.map(|place| (beside(place), place)).max_by(|(a, _), (b, _)| a.total_cmp(b))?;
     if bulge <= BULGE * tube.radius {
         return None;
     }
