@@ -18,7 +18,6 @@ from .._lissom import (
     LissomError,
     Model,
     Robot,
-    Rod,
     Scene,
     Segment,
     SimulationSettings,
@@ -27,7 +26,7 @@ from .._lissom import (
 )
 from ..model.fibres import STRAINS
 from ..model.starts import rest_start
-from ..model.views import Link, view
+from ..model.views import Link, is_rod, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
@@ -95,8 +94,8 @@ def advice(scene: Scene, doubt: str | None = None) -> list[str]:
     if not names_steps:
         said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    # Robots of several links have frequencies of joints, too, and lie in contacts that more nodes feel elsewhere.
-    return said + about_modes(found) if isinstance(model, Rod) else said
+    # Robots of several links have frequencies of joints, too; with more nodes contacts act elsewhere.
+    return said + about_modes(found) if is_rod(model) else said
 
 
 def about_model(model: Model) -> list[str]:

@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 
 from .._lissom import LissomError
 from ..model.views import view
-from ..results.runs import MAX_SHAPES, instants
 from .peaks import Peak, States, has_limit, peaks_of_rod
 
 if TYPE_CHECKING:
     from .._lissom import Model, MotionResult
 
 Array = NDArray[np.float64]
+
+#: A motion is looked at in at most this many of its times, as in the tables of reports.
+MOST_TIMES = 2000
 
 #: Arguments of segments that limit a quantity.
 ARGUMENTS = {"curvature": "min_bend_radius", "axial strain": "max_strain", "axial stress": "max_stress"}
@@ -32,7 +34,7 @@ def sentences(peaks: Sequence[Peak]) -> list[str]:
 
 
 def exceeded(model: Model, states: States) -> list[str]:
-    """A sentence about each limit that states exceed, for the largest value and for the one furthest beyond."""
+    """Sentences about limits that states exceed, for the largest value and the one furthest beyond."""
     # What has overflowed at the end of a failed run is beyond anything.
     finite = np.isfinite(states.q).all(axis=1) & np.isfinite(states.v).all(axis=1)
     states = states.at(np.flatnonzero(finite & np.isfinite(states.a).all(axis=1)))
@@ -48,11 +50,11 @@ def exceeded(model: Model, states: States) -> list[str]:
 
 
 def exceeded_by_motion(result: MotionResult) -> list[str]:
-    """A sentence about each limit that a motion exceeds, at 2000 of its times at most."""
+    """Sentences about limits that a motion exceeds at its times, or at many of them."""
     model = result.model
     if model is None:
         return []
-    at = instants(len(result.t), MAX_SHAPES)
+    at = np.linspace(0, len(result.t) - 1, min(len(result.t), MOST_TIMES)).round().astype(np.intp)
     return exceeded(
         model, States(view(model), result.q[at], result.v[at], result.a[at], result.t[at], result.u[at])
     )

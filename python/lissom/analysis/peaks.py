@@ -127,8 +127,8 @@ class States:
 
     def at(self, which: NDArray[np.intp]) -> States:
         """Some of them."""
-        of_each = (self.q, self.v, self.a, self.clock, self.u)
-        return States(self.view, *(values[which] for values in of_each), self.have_times)
+        q, v, a, clock, u = (values[which] for values in (self.q, self.v, self.a, self.clock, self.u))
+        return States(self.view, q, v, a, clock, u, self.have_times)
 
     @property
     def is_at_rest(self) -> bool:

@@ -113,7 +113,11 @@ def _facing(part: Part, shape: int, axes: Array, pale: float) -> Triangles:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     # What is in a bore is behind the near wall and before the far one, also where it presses into them.
-    margin = 0.5 * part.wall * np.where(normal[:, 2] > 0.0, -1.0, 1.0) if part.wall else np.full(len(normal), np.nan)
+    margin = (
+        0.5 * part.wall * np.where(normal[:, 2] > 0.0, -1.0, 1.0)
+        if part.wall
+        else np.full(len(normal), np.nan)
+    )
     if part.is_open:
         normal *= np.where(normal[:, 2:] < 0.0, -1.0, 1.0)
     is_seen = normal[:, 2] > 0.0

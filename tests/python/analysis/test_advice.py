@@ -11,7 +11,6 @@ import lissom
 from lissom import cli
 from lissom.analysis import advice as words
 from lissom.analysis.advice import advice
-from lissom.model.views import view
 
 SCENES = Path(__file__).parents[3] / "scenes"
 

@@ -100,4 +100,6 @@ def test_failed_runs_name_what_they_exceed_before():
     with np.errstate(all="ignore"):
         motion = lissom.simulate(bent, 1.0, dt=1e-3, u={"pull": 200.0})
     assert not motion.success
-    assert re.search(r"Beyond `min_bend_radius`, \S+ times what is allowed: curvature of rod: ", motion.message)
+    assert re.search(
+        r"Beyond `min_bend_radius`, \S+ times what is allowed: curvature of rod: ", motion.message
+    )

@@ -213,7 +213,7 @@ def test_obstacles_are_painted_between_shapes(heights, order):
 
 @pytest.mark.parametrize("aside", [0.0, 2.4e-3, -2.4e-3])
 def test_a_catheter_in_a_tube_is_dimmed_along_its_whole_length(aside):
-    """The near wall is painted after the rod in the bore, the far one before it; also where the rod presses into one of them."""
+    """The near wall is painted after the rod, the far one before it, also where it presses into one."""
     segment = lissom.Segment(0.2, 1e-3, 5e7, poisson_ratio=0.4, density=1500.0, modes={"bend_y": 1})
     vessel = lissom.Tube([(-0.05, aside, 0), (0.1, aside, 0), (0.25, aside, 0)], radius=3e-3, wall=2e-3)
     rod = lissom.Rod([segment], contacts=[lissom.Contact("rod", vessel)], gravity=(0, 0, 0))

@@ -250,7 +250,10 @@ def test_obstacles_in_other_units_than_the_robot(model, said):
 def test_links_of_a_chain_reach_together():
     """The floor of the second test is 10 times as far as the first link reaches, not as both do."""
     rod = [lissom.Segment(0.2, 1e-3, **SLENDER)]
-    links = [lissom.Link("rod", rod=rod), lissom.Link("next", parent="rod", joint=lissom.Revolute((0, 1, 0)), rod=rod)]
+    links = [
+        lissom.Link("rod", rod=rod),
+        lissom.Link("next", parent="rod", joint=lissom.Revolute((0, 1, 0)), rod=rod),
+    ]
 
     def asked(height, a):
         return lissom.Robot(links, contacts=[lissom.Contact(a, lissom.HalfSpace((0, 0, -height)))]).advice()
@@ -274,7 +277,10 @@ def given(stretch, bending, modes, length=0.2):
         (lambda: finger(radius=0.25), None),
         # A round section of 2 mm of steel: E A = 2.6e6 N, E I = 2.6 N m² or 2.6e6 N mm².
         (lambda: given(2.6e6, 2.6, {"bend_y": 2, "stretch": 1}), None),
-        (lambda: given(2.6e6, 2.6e6, {"bend_y": 2, "stretch": 1}), "those of a rod that is 4 m wide, and it is 0.2 m"),
+        (
+            lambda: given(2.6e6, 2.6e6, {"bend_y": 2, "stretch": 1}),
+            "those of a rod that is 4 m wide, and it is 0.2 m",
+        ),
         (lambda: given(2.6e6, 5e4, {"bend_y": 2, "stretch": 1}, 0.1), "is bending in N m²?"),
         # Stiffness of strains without modes does not matter.
         (lambda: given(1.0, 1.0, {"bend_y": 2}), None),

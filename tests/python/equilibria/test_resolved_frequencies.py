@@ -28,7 +28,9 @@ def test_refined_frequencies_are_those_of_a_beam():
     assert found.frequency[3] > 1.3 * exact(4)[3]
     # Sections of a rod have rotary inertia, a beam has none: 4e-4 at the fourth.
     assert found.refined_frequency == pytest.approx(exact(4), rel=2e-3)
-    assert found.message.startswith("4 modes, stable. The first 2 frequencies are resolved; the following change by")
+    assert found.message.startswith(
+        "4 modes, stable. The first 2 frequencies are resolved; the following change by"
+    )
     fourth = f"number 4 of {found.frequency[3]:.4g} Hz becomes {found.refined_frequency[3]:.4g} Hz"
     assert fourth.split(" of ")[0] in found.message
     assert f"{found.refined_frequency[3]:.3f}"[:4] in found.message
@@ -42,7 +44,7 @@ def test_enough_modes_resolve_all_that_matters():
 
 
 def test_vibrations_are_found_again_between_others():
-    """In a round rod with torsion: pairs of bending, and torsion between them, whose place in the order changes."""
+    """In a round rod: pairs of bending, and torsion between them, whose place in the order changes."""
     modes = {"torsion": 3, "bend_y": 3, "bend_z": 3}
     segment = lissom.Segment(0.2, 0.02, 1e6, poisson_ratio=0.45, density=1000.0, modes=modes)
     found = lissom.modes(lissom.Rod([segment], gravity=(0, 0, 0)), np.zeros(9))
@@ -82,7 +84,9 @@ def test_they_are_saved(tmp_path):
 
 def test_inputs_and_times_count():
     """A wire under tension, which raises its frequencies in the larger model as in the smaller one."""
-    pulled = beam({"bend_y": 8}, loads=[lissom.Load(force=lissom.Input("pull", (0.0, 0.0, 0.0)), frame="world")])
+    pulled = beam(
+        {"bend_y": 8}, loads=[lissom.Load(force=lissom.Input("pull", (0.0, 0.0, 0.0)), frame="world")]
+    )
     free, taut = (lissom.modes(pulled, np.zeros(8), u=[force, 0, 0]) for force in (0.0, 500.0))
     assert taut.frequency[0] > 1.5 * free.frequency[0]
     assert taut.refined_frequency[0] == pytest.approx(taut.frequency[0], rel=1e-2)
@@ -107,7 +111,9 @@ t_end = 1.0
 def test_the_command_line_says_it(tmp_path):
     path = tmp_path / "beam.toml"
     path.write_text(SCENE, encoding="utf-8")
-    done = CliRunner().invoke(cli.commands, ["modes", str(path), "-o", str(tmp_path / "out")], standalone_mode=False)
+    done = CliRunner().invoke(
+        cli.commands, ["modes", str(path), "-o", str(tmp_path / "out")], standalone_mode=False
+    )
     assert done.return_value == 0, done.output
     found = lissom.modes(beam({"bend_y": 4}), np.zeros(4))
     assert f"{found.refined_frequency[3]:.4g} Hz with more modes" in done.output

@@ -157,7 +157,7 @@ def _source(scene: Scene) -> page.Section:
 
 
 def outcome(found: StaticsResult, beyond: Sequence[str] = ()) -> tuple[str, bool]:
-    """The outcome, and whether it is good: an accurate and stable equilibrium, with no sentence about limits beyond which it is."""
+    """The outcome, and whether it is good: accurate, stable, and with no sentence about a limit."""
     if found.status == "interrupted":
         return (
             f"Interrupted at load factor {found.load_factor:.6g}; what was found until then is shown.",

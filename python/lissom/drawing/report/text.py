@@ -116,7 +116,7 @@ def outcome(run: Run) -> tuple[str, bool]:
 
 
 def finished(motion: MotionResult, doubt: str) -> tuple[str, bool]:
-    """The outcome of a motion that came to its end: good without a doubt and within the limits of segments."""
+    """The outcome of a motion that came to its end: good without a doubt and within limits of segments."""
     is_within = not exceeded_by_motion(motion)
     ended = "Finished." if is_within else BEYOND_LIMITS.format(what="Finished")
     return f"{ended} {doubt}".rstrip(), is_within and not doubt

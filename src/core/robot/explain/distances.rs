@@ -1,7 +1,7 @@
 //! Questions about obstacles and shapes whose lengths are probably in other units than those of the robot.
 
+use super::sizes::half_width;
 use super::text::significant;
-use super::units::half_width;
 use crate::description::joint::Joint;
 use crate::numerics::lie::{Rotation, Vector};
 use crate::robot::description::{Link, Robot};

@@ -4,6 +4,7 @@ pub(crate) mod cost;
 mod distances;
 pub(crate) mod explanation;
 mod overload;
+mod sizes;
 pub(crate) mod text;
 mod units;
 

@@ -1,6 +1,7 @@
 //! Questions about numbers that are probably in other units than SI.
 
 use super::distances::implausible_distances;
+use super::sizes::{PLACES, half_width};
 use super::text::significant;
 use crate::description::rod::{Section, SectionProperties, Segment};
 use crate::robot::description::{Link, Robot};
@@ -32,9 +33,6 @@ const ALIKE: f64 = 5e-3;
 /// Strains, in their order.
 const BENDS: [usize; 2] = [1, 2];
 const STRETCH: usize = 3;
-
-/// Parts of a segment between the places where its width is looked at.
-const PLACES: u32 = 16;
 
 /// Offset of a tendon or chamber over the half width of its rod: guide disks have at most a hundred, and offsets in millimetres at least
 /// five hundred, as a tendon runs no nearer to the axis than by half the radius.
@@ -173,10 +171,4 @@ fn half_width_by_stiffness(segment: &Segment) -> f64 {
             .fold(0.0, f64::max)
     };
     (0..=PLACES).map(at).fold(0.0, f64::max)
-}
-
-/// The largest half extent of a segment's section.
-pub(super) fn half_width(segment: &Segment) -> f64 {
-    let at = |i| f64::from(i) / f64::from(PLACES);
-    (0..=PLACES).flat_map(|i| segment.section.half_extents(at(i))).fold(0.0, f64::max)
 }
