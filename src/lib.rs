@@ -38,7 +38,7 @@ mod simulation;
 use lissom_core::{description, numerics};
 pub use lissom_core::{error, model, robot};
 
-pub use analysis::{actuate, curve, modes, reach, stability, statics};
+pub use analysis::{actuate, curve, modes, reach, refined_modes, stability, statics};
 pub use description::{body, joint, rod, schema, signal, world};
 pub use integrators::{newmark, ode, radau, second_order};
 pub use model::{pendulum, springs};

@@ -8,6 +8,7 @@ pub mod modes;
 pub(crate) mod normalised;
 pub mod reach;
 pub(crate) mod refined;
+pub mod refined_modes;
 pub(crate) mod small_motions;
 pub(crate) mod spectrum;
 pub(crate) mod spring_forces;

@@ -1,5 +1,28 @@
 //! Coordinates of a model in one with more modes ([`Refinable::with_modes`](crate::model::Refinable::with_modes)).
 
+use crate::description::rod::MAX_MODES;
+use crate::model::Model;
+
+/// A model with this many more modes of all strains that have some, and a shape in its coordinates; `None` for a model without modes and
+/// if there would be more than `most` of them.
+pub(crate) fn with_more_modes<M: Model>(
+    model: &M,
+    q: &[f64],
+    more: usize,
+    most: usize,
+) -> Option<(M, Vec<f64>)> {
+    let modes = model.modes()?;
+    let between = model.coordinates_between();
+    let with_more = |&modes: &usize| if modes == 0 { 0 } else { (modes + more).min(MAX_MODES) };
+    let fine: Vec<usize> = modes.iter().map(with_more).collect();
+    if fine.iter().sum::<usize>() > most {
+        return None;
+    }
+    let richer = model.with_modes(&fine)?;
+    let q = embed(q, &all_places(&modes, &fine, &between), richer.facts().n);
+    Some((richer, q))
+}
+
 /// Coordinates of a coarser model in one of `n` coordinates, where they are at these places.
 pub(crate) fn embed(values: &[f64], places: &[usize], n: usize) -> Vec<f64> {
     let mut all = vec![0.0; n];

@@ -1,6 +1,7 @@
 //! `lissom.actuate`: inputs for target poses.
 
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
@@ -8,9 +9,10 @@ use pyo3::types::{PyDict, PyList, PyTuple};
 use super::arguments;
 use super::convert;
 use super::inputs::{Pair, entries, limit, pair, pairs};
-use super::model::check_time;
+use super::model::{PyModel, check_time};
 use super::reach::{PoseArguments, Targets};
 use super::record::{self, ReadOnly, Reduced};
+use super::remarks::{Message, Subject};
 use super::robot::PyRobot;
 use super::statics::{inputs_of, run};
 use crate::analysis::actuate as core;
@@ -63,7 +65,7 @@ pub(crate) struct PyActuateResult {
     q: ReadOnly<PyArray1<f64>>,
     success: bool,
     status: String,
-    message: String,
+    message: Message,
     position_error: ReadOnly,
     orientation_error: ReadOnly,
     pose: ReadOnly,
@@ -77,7 +79,13 @@ pub(crate) struct PyActuateResult {
 }
 
 impl PyActuateResult {
-    fn new(py: Python<'_>, robot: &Robot, found: Found, is_single: bool) -> PyResult<Self> {
+    fn new(
+        model: &Bound<'_, PyModel>,
+        robot: &Robot,
+        found: Found,
+        (t, is_single): (f64, bool),
+    ) -> PyResult<Self> {
+        let py = model.py();
         let Found { u, q, status, message, errors, poses, at_limits, verdict, counters, equilibria } = found;
         let names = robot.inputs().names();
         let numbers = |values: Vec<f64>| -> PyResult<ReadOnly> {
@@ -88,9 +96,12 @@ impl PyActuateResult {
         };
         let matrices: Vec<f64> = poses.iter().flat_map(convert::homogeneous).collect();
         let shape = if is_single { vec![4, 4] } else { vec![poses.len(), 4, 4] };
+        let [q, u] = [q, u].map(|values| ReadOnly::new(values.into_pyarray(py)));
+        let (q, u) = (q?, u?);
+        let message = Message::new(message, Subject::at_rest(model, [&q, &u], t));
         Ok(Self {
-            u: ReadOnly::new(u.into_pyarray(py))?,
-            q: ReadOnly::new(q.into_pyarray(py))?,
+            u,
+            q,
             success: status.is_success(),
             status: status.name().to_owned(),
             message,
@@ -110,6 +121,10 @@ impl PyActuateResult {
 
 #[pymethods]
 impl PyActuateResult {
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        self.message.traverse(&visit)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (inputs, status, nit) = (self.u.bind(py).len(), &self.status, self.nit);
         let stable = self.stability.as_deref().unwrap_or("stability unknown");
@@ -239,7 +254,7 @@ pub(crate) fn actuate<'py>(
         core::actuate(&mut model, &targets, &options, monitor)
             .map_err(|error| super::reach::named(&places, error))
     };
-    run(py, n, search, |found| PyActuateResult::new(py, &robot, found, is_single))
+    run(py, n, search, |found| PyActuateResult::new(of_python.as_super(), &robot, found, (t, is_single)))
 }
 
 /// Targets in all accepted forms.

@@ -32,6 +32,7 @@ mod pendulum;
 mod profile;
 mod reach;
 mod record;
+mod remarks;
 mod robot;
 mod rod;
 mod roots;

@@ -1,14 +1,18 @@
 //! `lissom.modes`.
 
 use numpy::{Complex64, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
+use super::callback::or_raised;
 use super::errors::{LissomError, OrRaise as _};
-use super::model::model_of;
+use super::model::{PyModel, model_of};
 use super::record::{self, ReadOnly, Reduced};
-use super::statics::{inputs_of, inputs_or_default, native_with};
+use super::remarks::{questions, with};
+use super::statics::{base, inputs_of, inputs_or_default, native_with};
 use super::{background, convert};
 use crate::analysis::modes as core;
 use crate::analysis::modes::{Modes, NoModes};
@@ -47,6 +51,12 @@ use crate::python::words::required;
 ///     The inputs; None in results saved by versions that did not keep them.
 /// t : float or None
 ///     The time, seconds; None as for `u`.
+/// refined_frequency : ndarray, shape (m,), or None
+///     Frequencies of the same vibrations with more modes of every strain of the rods, hertz: where they differ from `frequency` by more
+///     than 1 %, the rods have too few modes for that vibration. Computed on first access, at a few times the cost of `modes`; None
+///     without rods, for more than 200 coordinates of modes, and in results saved by versions that did not know it.
+/// message : str
+///     How many vibrations there are, which of them the modes of the rods resolve, and what the others become with more modes.
 #[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyModesResult {
@@ -61,10 +71,32 @@ pub(crate) struct PyModesResult {
     residual_norm: f64,
     u: Option<ReadOnly<PyArray1<f64>>>,
     t: Option<f64>,
+    _refined: Refined,
 }
 
 #[pymethods]
 impl PyModesResult {
+    #[getter]
+    fn refined_frequency<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray1<f64>>>> {
+        let Known { frequency, .. } = self._refined.known(py)?;
+        Ok(frequency.as_ref().map(|frequency| frequency.bind(py).clone()))
+    }
+
+    #[getter]
+    fn message(&self, py: Python<'_>) -> PyResult<String> {
+        let (count, stable) = (self.frequency.bind(py).len()?, self.stability.as_deref());
+        let counted = if count == 1 { "1 mode".to_owned() } else { format!("{count} modes") };
+        let outcome = format!("{counted}, {}.", stable.unwrap_or("stability unknown"));
+        Ok(with(&outcome, &self._refined.known(py)?.remarks))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        match &self._refined.of {
+            Some(Search { model, .. }) => visit.call(model),
+            None => Ok(()),
+        }
+    }
+
     fn __repr__(&self, py: Python<'_>) -> String {
         let frequency = self.frequency.bind(py).readonly();
         let first: Vec<String> =
@@ -82,8 +114,90 @@ impl PyModesResult {
 
     #[staticmethod]
     fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        record::add_missing(state, &["u", "t"])?;
+        record::add_missing(state, &["u", "t", "_refined"])?;
         state.extract()
+    }
+}
+
+/// Frequencies with more modes, and what the message says of them and of units; computed on first access.
+struct Refined {
+    /// `None` in a loaded result.
+    of: Option<Search>,
+    known: PyOnceLock<Known>,
+}
+
+/// Arguments of the search.
+struct Search {
+    model: Py<PyModel>,
+    q: Vec<f64>,
+    t: f64,
+    u: Vec<f64>,
+}
+
+#[derive(Default)]
+struct Known {
+    frequency: Option<ReadOnly<PyArray1<f64>>>,
+    remarks: Vec<String>,
+}
+
+impl Search {
+    fn refined(&self, py: Python<'_>) -> PyResult<Known> {
+        let Self { model, q, t, u } = self;
+        let mut native = native_with(model.bind(py), *t, Some(u))?;
+        let (given, at, inputs) = (q.clone(), *t, u.clone());
+        let mut search = move || {
+            let found = core::modes(&mut *native, &given);
+            let refined = or_raised(native.refined_modes(&given, (at, Some(&inputs))));
+            // Functions of time keep their exceptions in the thread that called them.
+            refined.map(|refined| found.ok().zip(refined))
+        };
+        let found = if q.len() < background::LARGE {
+            py.detach(search)?
+        } else {
+            background::run(py, move |_| search())??
+        };
+        let mut remarks = Vec::new();
+        let frequency = found.map(|(found, refined)| {
+            remarks.push(refined.sentence(&found.frequency));
+            let hertz: Vec<f64> =
+                refined.frequency.iter().map(|omega| omega / std::f64::consts::TAU).collect();
+            ReadOnly::new(hertz.into_pyarray(py))
+        });
+        remarks.extend(questions(model.get()));
+        Ok(Known { frequency: frequency.transpose()?, remarks })
+    }
+}
+
+impl Refined {
+    fn known(&self, py: Python<'_>) -> PyResult<&Known> {
+        self.known.get_or_try_init(py, || match &self.of {
+            Some(search) => search.refined(py),
+            None => Ok(Known::default()),
+        })
+    }
+}
+
+impl<'py> IntoPyObject<'py> for &Refined {
+    type Target = PyTuple;
+    type Output = Bound<'py, PyTuple>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        let Known { frequency, remarks } = self.known(py)?;
+        (frequency.as_ref(), remarks).into_pyobject(py)
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Refined {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let known = PyOnceLock::new();
+        if !object.is_none() {
+            let (frequency, remarks) = object.extract()?;
+            _ = known.set(object.py(), Known { frequency, remarks });
+        }
+        Ok(Self { of: None, known })
     }
 }
 
@@ -134,10 +248,12 @@ pub(crate) fn modes<'py>(
     let (model, q) = required!("modes", others; more, model, q);
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
     let held = inputs_or_default(model, u.as_deref())?;
+    let of_model = base(model)?.clone().unbind();
     let mut model = native_with(model, t, u.as_deref())?;
     let q = convert::finite_vector_of(q, model.facts().n, "q")?;
     model.check_shape(&q, "q").or_raise()?;
     let n = q.len();
+    let search = Search { model: of_model, q: q.clone(), t, u: held.clone() };
     let found = if n < background::LARGE {
         py.detach(|| core::modes(&mut *model, &q))
     } else {
@@ -177,5 +293,6 @@ pub(crate) fn modes<'py>(
         residual_norm,
         u: Some(ReadOnly::new(held.into_pyarray(py))?),
         t: Some(t),
+        _refined: Refined { of: Some(search), known: PyOnceLock::new() },
     })
 }

@@ -17,6 +17,7 @@ use super::errors::{AccuracyWarning, OrRaise as _};
 use super::model::PyModel;
 use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
+use super::remarks;
 use crate::error::{Checker, Interrupted};
 use crate::simulation::balance::{Balance, Flow};
 
@@ -62,14 +63,15 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     'chattering' (tendons of given length become taut and slack ever faster) or 'time_limit' (`max_seconds` of wall-clock time
 ///     were over).
 /// message : str
-///     The status in words, what to change, and the names of slack tendons.
+///     The status in words, what to change, the names of slack tendons, limits of segments that are exceeded (`min_bend_radius`,
+///     `max_strain`, `max_stress`), and questions about numbers that are probably in other units.
 /// slack : list of str
 ///     Tendons of a robot that were slack at any of these times: those of a given length whose path was
 ///     shorter, and those whose commanded tension was negative. Only these times are checked, not those in
 ///     between. Empty for `newmark`.
 /// doubt : str or None
 ///     Why the motion may be inaccurate although the run succeeded: fixed steps that do not resolve a
-///     vibration, or whose energy rises though nothing supplies any. It is the end of the message, and `simulate` issues it as
+///     vibration, or whose energy rises though nothing supplies any. It is in the message, and `simulate` issues it as
 ///     an `AccuracyWarning`.
 /// deepest : Overlap or None
 ///     The overlap of surfaces, at the end of a step, that was deepest for their thickness; None if nothing touched.
@@ -93,8 +95,9 @@ pub(crate) struct PyMotionResult {
     success: bool,
     #[pyo3(get)]
     status: String,
-    #[pyo3(get)]
-    message: String,
+    /// Without what is found when the message is read.
+    outcome: String,
+    message: PyOnceLock<String>,
     #[pyo3(get)]
     slack: Vec<String>,
     #[pyo3(get)]
@@ -151,7 +154,8 @@ impl PyMotionResult {
             stats: Py::new(py, PyStatistics(statistics))?,
             success: status.is_success(),
             status: status.name().to_owned(),
-            message,
+            outcome: message,
+            message: PyOnceLock::new(),
             slack: slack.iter().map(|slack| slack.name.clone()).collect(),
             doubt,
             deepest: PyOverlap::of_run(py, deepest, model.as_ref())?,
@@ -200,16 +204,28 @@ impl PyMotionResult {
         Ok(Some(balance.clone_ref(py)))
     }
 
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let dims = self.q.bind(py).dims();
+    /// The status in words, what to change, the names of slack tendons, limits of segments that are exceeded, and questions about
+    /// numbers that are probably in other units.
+    #[getter]
+    fn message<'a>(slf: &'a Bound<'_, Self>) -> PyResult<&'a str> {
+        let own = slf.get();
+        let whole = own
+            .message
+            .get_or_try_init(slf.py(), || remarks::of_motion(slf.as_any(), &own.outcome, own.model.as_ref()));
+        whole.map(String::as_str)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let (py, own) = (slf.py(), slf.get());
+        let dims = own.q.bind(py).dims();
         let (points, n) = (dims[0], dims[1]);
-        format!(
+        Ok(format!(
             "MotionResult(success={}, status={:?}, message={:?}, t=<{points} times>, q=<{points} x {n}>, stats={})",
-            if self.success { "True" } else { "False" },
-            self.status,
-            self.message,
-            self.stats.get().__repr__()
-        )
+            if own.success { "True" } else { "False" },
+            own.status,
+            Self::message(slf)?,
+            own.stats.get().__repr__()
+        ))
     }
 
     /// For copies and pickles.
@@ -224,7 +240,8 @@ impl PyMotionResult {
             stats,
             success,
             status,
-            message,
+            outcome,
+            message: _,
             slack,
             doubt,
             deepest,
@@ -236,7 +253,7 @@ impl PyMotionResult {
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
         record::reduce_to::<Self>(
             py,
-            (states, flow, (stats, *success, status, message, slack, doubt), model, deepest, evaluations),
+            (states, flow, (stats, *success, status, outcome, slack, doubt), model, deepest, evaluations),
         )
     }
 
@@ -278,7 +295,7 @@ impl PyMotionResult {
         let counted_states = evaluations.as_ref().map_or(t.len(), Vec::len);
         check.require(counted_states == t.len(), "evaluations", counted_states, "one for each time");
         check.finish().or_raise()?;
-        let (stats, success, status, message, slack, doubt) = outcome;
+        let (stats, success, status, outcome, slack, doubt) = outcome;
         let (q, v, u) = (rows(&states.1, "q")?, rows(&states.2, "v")?, array(&states.3, "u", inputs)?);
         let flow = Flow { dissipated: flow.0, work: flow.1 };
         let (t, balance) = (ReadOnly::new(t.into_pyarray(py))?, PyOnceLock::new());
@@ -292,7 +309,8 @@ impl PyMotionResult {
             stats,
             success,
             status,
-            message,
+            outcome,
+            message: PyOnceLock::new(),
             slack,
             doubt,
             deepest,

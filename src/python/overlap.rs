@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::model::PyModel;
 use super::record::{self, Reduced};
-use crate::model::Overlap;
+use crate::model::{ContactText, Overlap};
 
 /// The deepest overlap of two surfaces in a shape or over a run.
 ///
@@ -29,15 +29,14 @@ pub(crate) struct PyOverlap {
 }
 
 impl PyOverlap {
-    /// `name` gives the name of a contact.
     pub(super) fn new(
-        py: Python<'_>,
+        model: &Bound<'_, PyModel>,
         found: Option<Overlap>,
         t: Option<f64>,
-        name: impl Fn(usize) -> String,
     ) -> PyResult<Option<Py<Self>>> {
-        let with_name = |Overlap { contact, depth, share }| Self { contact: name(contact), depth, share, t };
-        found.map(with_name).map(|overlap| Py::new(py, overlap)).transpose()
+        let Some(Overlap { contact, depth, share }) = found else { return Ok(None) };
+        let contact = model.get().inspect(|model| model.text_of_contact(contact, ContactText::Name));
+        Ok(Some(Py::new(model.py(), Self { contact, depth, share, t })?))
     }
 
     pub(super) fn of_run(
@@ -46,8 +45,7 @@ impl PyOverlap {
         model: Option<&Py<PyModel>>,
     ) -> PyResult<Option<Py<Self>>> {
         let Some(((t, overlap), model)) = found.zip(model) else { return Ok(None) };
-        let name = |contact| model.get().inspect(|model| model.name_of_contact(contact));
-        Self::new(py, Some(overlap), Some(t), name)
+        Self::new(model.bind(py), Some(overlap), Some(t))
     }
 }
 

@@ -7,6 +7,7 @@ use pyo3::types::{PyMapping, PyString};
 
 use super::convert::{self, Numbers};
 use super::record::{self, ReadOnly, Reduced};
+use super::remarks::with;
 use super::statics::run;
 use crate::analysis::reach as core;
 use crate::analysis::reach::{Options, Preference, Reached, Target};
@@ -81,7 +82,7 @@ impl PyReachResult {
             q: ReadOnly::new(q.into_pyarray(py))?,
             success: status.is_success(),
             status: status.name().to_owned(),
-            message,
+            message: with(&message, &robot.implausible_units()),
             position_error: numbers(errors.iter().map(|error| error.position).collect())?,
             orientation_error: numbers(errors.iter().map(|error| error.orientation).collect())?,
             pose: ReadOnly::new(matrices.into_pyarray(py).reshape(shape)?.into_any())?,

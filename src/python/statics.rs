@@ -18,6 +18,7 @@ use super::model::{Native, PyModel, check_time, model_of};
 use super::motion::Ticker;
 use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
+use super::remarks::{Message, Subject};
 use super::space_error::PySpaceError;
 use crate::analysis::statics as core;
 use crate::analysis::statics::{
@@ -220,7 +221,7 @@ pub(crate) struct PyStaticsResult {
     q: ReadOnly<PyArray1<f64>>,
     success: bool,
     status: String,
-    message: String,
+    message: Message,
     load_factor: f64,
     residual_norm: f64,
     step_norm: f64,
@@ -242,7 +243,8 @@ pub(crate) struct PyStaticsResult {
 #[pymethods]
 impl PyStaticsResult {
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.path)
+        visit.call(&self.path)?;
+        self.message.traverse(&visit)
     }
 
     fn __repr__(&self) -> String {
@@ -294,7 +296,7 @@ pub(crate) struct PyContinuationResult {
     path: Py<PyEquilibriumPath>,
     success: bool,
     status: String,
-    message: String,
+    message: Message,
     u: Option<ReadOnly<PyArray1<f64>>>,
     t: Option<f64>,
     nit: usize,
@@ -305,7 +307,8 @@ pub(crate) struct PyContinuationResult {
 #[pymethods]
 impl PyContinuationResult {
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.path)
+        visit.call(&self.path)?;
+        self.message.traverse(&visit)
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
@@ -437,10 +440,6 @@ pub(crate) fn statics<'py>(
         {
             found.message = ended;
         }
-        if let Some(robot) = model.robot_model() {
-            // Numbers in any units may be in equilibrium.
-            found.message.extend(robot.implausible_units().iter().flat_map(|question| [" ", question]));
-        }
         let judged = of_robot.transpose().and_then(|tendons| {
             let error =
                 effort.map(|effort| model.space_error(&found, (t, u.as_deref()), effort)).transpose()?;
@@ -451,14 +450,10 @@ pub(crate) fn statics<'py>(
             Err(Interrupted) => Err(Unfinished::new((found, Tendons::default(), None))),
         })
     };
-    let name = |contact| {
-        let named = |model: &dyn Native| model.name_of_contact(contact);
-        base(&of_names).map_or_else(|_| String::new(), |model| model.get().inspect(named))
-    };
     run(py, n, search, |(found, tendons, error)| {
-        let deepest = PyOverlap::new(py, found.deepest, None, name)?;
+        let deepest = PyOverlap::new(base(&of_names)?, found.deepest, None)?;
         let doubt = error.as_ref().and_then(SpaceError::doubt);
-        let result = PyStaticsResult::new(py, found, (t, held), &tendons, deepest, error)?;
+        let result = PyStaticsResult::new(base(&of_names)?, found, (t, held), &tendons, deepest, error)?;
         let Some(doubt) = doubt else { return Ok(result) };
         match PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1) {
             Ok(()) => Ok(result),
@@ -504,13 +499,14 @@ fn start(
 
 impl PyStaticsResult {
     fn new(
-        py: Python<'_>,
+        model: &Bound<'_, PyModel>,
         found: Equilibrium,
         (t, u): (f64, Vec<f64>),
         tendons: &Tendons,
         deepest: Option<Py<PyOverlap>>,
         error: Option<SpaceError>,
     ) -> PyResult<Self> {
+        let py = model.py();
         let of_modes = error.iter().flat_map(|error| [error.doubt(), error.about_stretch()]).flatten();
         let doubt: String = of_modes.map(|sentence| format!(" {sentence}")).collect();
         let n = found.q.len();
@@ -530,14 +526,18 @@ impl PyStaticsResult {
         let Counters { iterations, forces, tangents } = counters;
         let path =
             if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
+        let [q, u] = [q, u].map(|values| ReadOnly::new(values.into_pyarray(py)));
+        let (q, u) = (q?, u?);
+        let message = if status.is_success() {
+            Message::new(message + &tendons.message() + &doubt, Subject::at_rest(model, [&q, &u], t))
+        } else {
+            Message::new(message + &tendons.of_failure(), Subject::of_model(model))
+        };
         Ok(Self {
-            q: ReadOnly::new(q.into_pyarray(py))?,
+            q,
             success: status.is_success(),
             status: status.name().to_owned(),
-            message: match status.is_success() {
-                true => message + &tendons.message() + &doubt,
-                false => message + &tendons.of_failure(),
-            },
+            message,
             load_factor,
             residual_norm,
             step_norm,
@@ -548,7 +548,7 @@ impl PyStaticsResult {
             slack: tendons.slack.clone(),
             path,
             deepest,
-            u: Some(ReadOnly::new(u.into_pyarray(py))?),
+            u: Some(u),
             t: Some(t),
             space_error: error.map(|error| Py::new(py, PySpaceError::new(error))).transpose()?,
             nit: iterations,
@@ -668,7 +668,7 @@ pub(crate) fn continuation<'py>(
             path: PyEquilibriumPath::new(py, found.path, n)?,
             success: found.status.is_success(),
             status: found.status.name().to_owned(),
-            message: found.message,
+            message: Message::new(found.message, Subject::of_model(base(of_model)?)),
             u: Some(ReadOnly::new(held.into_pyarray(py))?),
             t: Some(t),
             nit: iterations,
@@ -679,7 +679,7 @@ pub(crate) fn continuation<'py>(
 }
 
 /// The base class of a model.
-fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
+pub(super) fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
     model_of(model, "model")
 }
 

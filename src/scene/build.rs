@@ -3,7 +3,7 @@
 
 use crate::error::{Checker, InvalidInput, Number};
 use crate::model::pendulum::SpringPendulum;
-use crate::model::{Dynamics as _, InContact as _, InTime as _, InvalidShape};
+use crate::model::{ContactText, Dynamics as _, InContact as _, InTime as _, InvalidShape};
 use crate::robot;
 use crate::simulation::accuracy;
 use crate::simulation::stepping::check_step;
@@ -88,8 +88,10 @@ fn check_contacts(
     }
     if let Some(InvalidShape::DeepPenetration { contact, overlap }) = model.deep_penetration(q0) {
         let wrong = format!("its surfaces overlap by {overlap:.3} m at the start");
-        let right = "expected a start in which they overlap by less than a radius";
-        shape.refuse(&format!("contact[{contact}]"), wrong, right);
+        let advice = model.text_of_contact(contact, ContactText::AdviceOnDeepOverlap);
+        let end = if advice.is_empty() { "" } else { "." };
+        let right = format!("expected a start in which they overlap by less than a radius{end}{advice}");
+        shape.refuse(&format!("contact[{contact}]"), wrong, &right);
     }
 }
 

@@ -26,7 +26,7 @@ from .._lissom import (
 )
 from ..model.fibres import STRAINS
 from ..model.starts import rest_start
-from ..model.views import Link, view
+from ..model.views import Link, is_rod, view
 
 FIXED_STEP = ("newmark", "hht", "generalised_alpha")
 EXPLICIT: dict[str, type[RK45] | type[DOP853]] = {"rk45": RK45, "dop853": DOP853}
@@ -36,7 +36,6 @@ STEPS_PER_PERIOD = 10
 
 #: A natural frequency counts as accurate if more modes of every strain change it by less than this.
 RIGHT = 0.01
-MORE_MODES = 4
 
 #: This many accurate frequencies are enough: the fastest ones of any model are inaccurate and seldom excited.
 ENOUGH = 3
@@ -81,7 +80,7 @@ def advice(scene: Scene, doubt: str | None = None) -> list[str]:
     steps if the doubt names some: it follows from what has moved, and other numbers would contradict it.
     """
     names_steps = doubt is not None and _STEPS.search(doubt) is not None
-    model, seen = scene.model, view(scene.model)
+    model = scene.model
     said = about_model(model)
     t0 = scene.simulation.t0
     said += about_inputs(model)
@@ -95,18 +94,20 @@ def advice(scene: Scene, doubt: str | None = None) -> list[str]:
     if not names_steps:
         said += about_step(found, scene.simulation)
     said += about_stability(found, scene.simulation)
-    richer = seen.with_more_modes(MORE_MODES)
-    vibrations = Vibrations.of(richer, t0) if richer is not None else None
-    if vibrations is not None:
-        said += about_modes(found, vibrations)
-    return said
+    # Robots of several links have frequencies of joints, too; with more nodes contacts act elsewhere.
+    return said + about_modes(found) if is_rod(model) else said
 
 
 def about_model(model: Model) -> list[str]:
     """Advice on a model alone: implausible units, and shear that it leaves out."""
-    units = model._implausible_units() if isinstance(model, Robot) else []
+    units = implausible_units(model)
     shear = [sentence for link in view(model).links for sentence in about_shear(link)]
     return [*units, *shear]
+
+
+def implausible_units(model: Model) -> list[str]:
+    """Questions about numbers that are probably in other units than SI."""
+    return model._implausible_units() if isinstance(model, Robot) else []
 
 
 def about_inputs(model: Model) -> list[str]:
@@ -184,6 +185,8 @@ class Vibrations:
     frequencies: NDArray[np.float64]
     #: Eigenvalue of the fastest motion, in 1/s.
     fastest: complex
+    #: Those of the same vibrations with more modes of the rods, if they are known.
+    refined: NDArray[np.float64] | None = None
     #: What the message of the equilibrium says of stretch without modes; empty otherwise.
     stretch: str = ""
 
@@ -205,7 +208,8 @@ class Vibrations:
         oscillates = (found.frequency > 0.0) & (np.abs(found.damping_ratio) < 1.0)
         fastest = found.eigenvalues[np.abs(found.eigenvalues).argmax()]
         stretch = _OF_STRETCH.search(rest.message)
-        return cls(found.frequency[oscillates], complex(fastest), stretch[0] if stretch else "")
+        refined = None if found.refined_frequency is None else found.refined_frequency[oscillates]
+        return cls(found.frequency[oscillates], complex(fastest), refined, stretch[0] if stretch else "")
 
 
 def about_step(found: Vibrations, settings: SimulationSettings) -> list[str]:
@@ -243,20 +247,20 @@ def about_stability(found: Vibrations, settings: SimulationSettings) -> list[str
     ]
 
 
-def about_modes(found: Vibrations, richer: Vibrations) -> list[str]:
-    """Accuracy of the natural frequencies, unless three of them or more are accurate."""
-    count = min(len(found.frequencies), len(richer.frequencies))
-    if count == 0:
+def about_modes(found: Vibrations) -> list[str]:
+    """Accuracy of the natural frequencies, unless all of them, or three, are accurate."""
+    frequencies, right = found.frequencies, found.refined
+    count = len(frequencies)
+    if count == 0 or right is None:
         return []
-    frequencies, right = found.frequencies[:count], richer.frequencies[:count]
     errors = np.abs(frequencies / right - 1.0)
     good = int(np.count_nonzero(errors <= RIGHT))
-    if good >= ENOUGH:
+    if good >= min(ENOUGH, count):
         return []
     worst = int(errors.argmax())
     return [
         f"{good} of {count} natural frequencies are accurate to {RIGHT:.0%}: "
-        f"with {MORE_MODES} more modes of every strain the first changes by {errors[0]:.0e}, "
+        f"with more modes of every strain the first changes by {errors[0]:.0e}, "
         f"and number {worst + 1}, {frequencies[worst]:.3g} Hz, becomes {right[worst]:.3g} Hz "
         f"({errors[worst]:.0%} off)."
     ]

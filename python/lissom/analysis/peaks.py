@@ -125,6 +125,11 @@ class States:
     #: Whether the states follow each other in time; an equilibrium has none.
     have_times: bool = True
 
+    def at(self, which: NDArray[np.intp]) -> States:
+        """Some of them."""
+        q, v, a, clock, u = (values[which] for values in (self.q, self.v, self.a, self.clock, self.u))
+        return States(self.view, q, v, a, clock, u, self.have_times)
+
     @property
     def is_at_rest(self) -> bool:
         """Whether nothing moves in any of them."""
@@ -142,7 +147,7 @@ def peaks_of(model: Model, states: States) -> list[Peak]:
     # The last state of a failed run can overflow.
     with np.errstate(over="ignore", invalid="ignore"):
         found = [
-            *(peak for link in states.view.links for peak in _of_rod(model, link, states)),
+            *(peak for link in states.view.links for peak in peaks_of_rod(model, link, states)),
             *_of_actuators(states),
             *(_of_contacts(model, states) if isinstance(model, Robot) else ()),
         ]
@@ -175,15 +180,9 @@ def largest_of(peaks: Sequence[Peak]) -> list[Peak]:
     return list(dict.fromkeys(both))
 
 
-def beyond_limits(peaks: Sequence[Peak]) -> list[str]:
-    """A sentence about each peak beyond its limit."""
-    return [f"Beyond its limit: {peak}." for peak in peaks if peak.share is not None and peak.share > 1.0]
-
-
-def has_limits(view: View) -> bool:
+def has_limit(segment: Segment) -> bool:
     """Whether a segment has a limit."""
-    rods = [link for link in view.links if link.strain is not None]
-    return any(limit(segment) for rod in rods for segment in rod.segments for limit in LIMITS.values())
+    return any(limit(segment) for limit in LIMITS.values())
 
 
 def _is_actuated(model: Model, link: Link) -> bool:
@@ -199,7 +198,8 @@ def _is_actuated(model: Model, link: Link) -> bool:
     return False
 
 
-def _of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
+def peaks_of_rod(model: Model, link: Link, states: States) -> Iterator[Peak]:
+    """Peaks along a rod."""
     if link.strain is None:
         return
     X = _stations(link)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._lissom import LissomError, Robot, Tendon
+from .advice import implausible_units
 from .doubts import without_doubts
 from .fitted import FitResult, FittedData
 from .makers import ArgumentsOfFunction, NumbersOfModel
@@ -313,6 +314,7 @@ class Search:
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
         message += "".join(f" {each}" for each in dict.fromkeys(self.unresolved))
+        message += "".join(f" {each}" for each in implausible_units(model))
         if self.failures:
             message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
         return FitResult(

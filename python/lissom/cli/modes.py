@@ -13,7 +13,7 @@ from .exits import FAILED
 from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, inputs_option, load, refusals_of, set_option
 from .statics import print_statics
-from .words import line, print_outcome
+from .words import line, print_outcome, unsaid
 
 
 @click.command("modes")
@@ -62,18 +62,15 @@ def command(
             click.echo(line(f"{loaded.name}: {error}"), err=True)
             return FAILED
         saved = save_study(done, folder, no_report)
-    stable = done.found.is_stable
-    rows = [("advice", sentence) for sentence in about_model(loaded.model)]
-    rows += [
-        (
-            f"mode {number}",
-            f"{hertz} Hz, damping ratio {ratio}" if oscillates(done.found, k) else frequency(done.found, k),
-        )
-        for k, (number, hertz, ratio, _) in enumerate(words.table(done.found)[: words.LISTED])
-    ]
+    rows = unsaid("advice", about_model(loaded.model), done.found.message)
+    for k, (number, hertz, ratio, _) in enumerate(words.table(done.found)[: words.LISTED]):
+        said = f"{hertz} Hz, damping ratio {ratio}" if oscillates(done.found, k) else frequency(done.found, k)
+        becomes = words.changes(done.found, k)
+        rows.append((f"mode {number}", f"{said}; {becomes} Hz with more modes" if becomes else said))
     left_out = len(done.found.frequency) - words.LISTED
     if left_out > 0:
         rows.append(("", f"{left_out} more in {done.file}"))
     outcome = f"{len(done.found.frequency)} modes, {done.found.stability or 'stability unknown'}"
-    print_outcome(loaded.name, outcome, stable, rows, saved)
+    print_outcome(loaded.name, outcome, words.outcome_of_modes(done.found)[1], rows, saved)
+    click.echo(done.found.message)
     return saved.code

@@ -13,7 +13,7 @@ from ..common.interruption import STOPPING, interruption
 from .exits import FAILED
 from .saving import output_option, results_folder, save
 from .scenes import SCENE, inputs_option, load, refusals_of, set_option, visuals_of, visuals_option
-from .words import Saved, note, print_outcome, progress_bar
+from .words import Saved, note, print_outcome, progress_bar, unsaid
 
 if TYPE_CHECKING:
     from .._lissom import Scene
@@ -92,5 +92,6 @@ def _summarise(done: Run, saved: Saved) -> None:
     from ..drawing.report import peaks, text
 
     outcome, good = text.outcome(done)
-    limits = [("limit", sentence) for sentence in peaks.exceeded_in_motion(done)]
-    print_outcome(done.scene.name, outcome, good, limits + text.summary(done), saved)
+    limits = unsaid("limit", peaks.exceeded_in_motion(done), outcome)
+    rows = [(name, said) for name, said in text.summary(done) if name != "advice" or said not in outcome]
+    print_outcome(done.scene.name, outcome, good, limits + rows, saved)

@@ -11,7 +11,7 @@ import click
 from .exits import FAILED
 from .saving import output_option, results_folder, save_study
 from .scenes import SCENE, inputs_option, load, refusals_of, set_option
-from .words import Saved, print_outcome
+from .words import Saved, print_outcome, unsaid
 
 if TYPE_CHECKING:
     from ..results.studies import StaticsStudy
@@ -64,14 +64,15 @@ def print_statics(done: StaticsStudy, saved: Saved, problem: str = "") -> int:
     from ..drawing.report import studies as words
     from ..results.studies import setting_for
 
-    outcome, good = words.outcome(done.found)
-    setting = setting_for(done.found, done.scene.model)
-    facts = [("advice", sentence) for sentence in about_model(done.scene.model)]
-    facts += [("limit", sentence) for sentence in peaks.exceeded_at_rest(setting, done.found.q)]
+    setting, message = setting_for(done.found, done.scene.model), done.found.message
+    beyond = peaks.exceeded_at_rest(setting, done.found.q)
+    outcome, good = words.outcome(done.found, beyond)
+    facts = unsaid("advice", about_model(done.scene.model), message)
+    facts += unsaid("limit", beyond, message)
     facts += words.summary(setting, done.found, done.wall_time)
     print_outcome(done.scene.name, outcome, good, facts, saved)
-    if done.found.message:
-        click.echo(done.found.message)
+    if message:
+        click.echo(message)
     if problem and done.found.success:
         click.echo(f"No modes: {problem}", err=True)
     return FAILED if problem or not done.found.success else saved.code

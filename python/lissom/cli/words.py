@@ -28,6 +28,11 @@ class Saved(NamedTuple):
     code: int
 
 
+def unsaid(name: str, sentences: Sequence[str], message: str) -> list[tuple[str, str]]:
+    """Rows of sentences that the message does not have."""
+    return [(name, sentence) for sentence in sentences if sentence not in message]
+
+
 def print_outcome(
     name: str, outcome: str, good: bool, facts: Sequence[tuple[str, str]], saved: Saved
 ) -> None:

@@ -46,10 +46,14 @@ class Triangles:
     colours: Array
     #: Whether each (m,) belongs to something inside a rod, and is painted before the wall over it.
     is_inside: NDArray[np.bool_]
+    #: Depth (m,) up to which what is behind each counts as before it, metres; NaN where the size of triangles
+    #: says it.
+    margin: Array
 
     def of(self, chosen: Any) -> Triangles:
         """Those at indices, or where a mask is true."""
-        return Triangles(self.corners[chosen], self.colours[chosen], self.is_inside[chosen])
+        of_each = (self.corners, self.colours, self.is_inside, self.margin)
+        return Triangles(*(values[chosen] for values in of_each))
 
 
 def view_axes(towards: Array, up: Array) -> Array:
@@ -81,10 +85,10 @@ def triangles(found: Sequence[Part], axes: Array, shapes: Iterable[int] | None =
     # Obstacles are painted after the last shape that they hide somewhere, but not over what is before them.
     after, is_free = np.full(len(obstacles.corners), -1), np.ones(len(obstacles.corners), bool)
     for place, of_shape in enumerate(painted):
-        hides, is_hidden = _hiding(obstacles.corners, of_shape.corners, most)
+        hides, is_hidden = _hiding(obstacles, of_shape.corners, most)
         is_free &= ~is_hidden
         after[hides & is_free] = place
-    order = np.concatenate([after, *(np.full(len(part.corners), k) for k, part in enumerate(painted))])
+    order = np.concatenate([after + 0.5, *(np.full(len(part.corners), k) for k, part in enumerate(painted))])
     together = _joined([obstacles, *painted])
     # The middle of a wall over a tendon may be farther than that of the tendon, by the size of a triangle.
     depth = together.corners[..., 2].mean(axis=1) - most * together.is_inside
@@ -108,6 +112,12 @@ def _facing(part: Part, shape: int, axes: Array, pale: float) -> Triangles:
     corners = (part.vertices(shape) @ axes.T)[part.triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    # What is in a bore is behind the near wall and before the far one, also where it presses into them.
+    margin = (
+        0.5 * part.wall * np.where(normal[:, 2] > 0.0, -1.0, 1.0)
+        if part.wall
+        else np.full(len(normal), np.nan)
+    )
     if part.is_open:
         normal *= np.where(normal[:, 2:] < 0.0, -1.0, 1.0)
     is_seen = normal[:, 2] > 0.0
@@ -115,7 +125,7 @@ def _facing(part: Part, shape: int, axes: Array, pale: float) -> Triangles:
     shaded = (light[:, None] * colour) * (1.0 - pale) + pale
     opacity = contacts.OPACITY if part.layer == "obstacles" else part.opacity
     colours = np.column_stack([shaded, np.full(len(shaded), opacity)])
-    return Triangles(corners[is_seen], colours, np.full(len(shaded), part.layer in STRANDS))
+    return Triangles(corners[is_seen], colours, np.full(len(shaded), part.layer in STRANDS), margin[is_seen])
 
 
 def _joined(several: Sequence[Triangles]) -> Triangles:
@@ -123,6 +133,7 @@ def _joined(several: Sequence[Triangles]) -> Triangles:
         np.concatenate([np.zeros((0, 3, 3)), *(part.corners for part in several)]),
         np.concatenate([np.zeros((0, 4)), *(part.colours for part in several)]),
         np.concatenate([np.zeros(0, bool), *(part.is_inside for part in several)]),
+        np.concatenate([np.zeros(0), *(part.margin for part in several)]),
     )
 
 
@@ -162,16 +173,18 @@ class _Grid:
         return np.stack([self.of(np.stack([x[:, 0], y[:, 1]], axis=-1)) for x in ends for y in ends])
 
 
-def _hiding(obstacles: Array, shape: Array, side: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which triangles (m, 3, 3) of obstacles are before and behind triangles (n, 3, 3) of a shape somewhere.
+def _hiding(walls: Triangles, shape: Array, side: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which triangles of obstacles are before and behind triangles (n, 3, 3) of a shape somewhere.
 
     They are before all of it in one of their squares, or before or behind it at the middle of one of both; no
     side is longer than `side`. Parts that reach a little into an obstacle count as before it.
     """
+    obstacles = walls.corners
     is_before, is_behind = np.zeros((2, len(obstacles)), bool)
     if not len(obstacles) or not len(shape):
         return is_before, is_behind
-    least = TOUCHING * side
+    least = np.where(np.isnan(walls.margin), TOUCHING * side, walls.margin)
+    most = np.minimum(least, -ROUNDING * side)
     grid = _Grid(np.concatenate([obstacles, shape]), side)
     front = np.full(grid.size, np.inf)
     of_shape = grid.of_triangles(shape)
@@ -181,12 +194,12 @@ def _hiding(obstacles: Array, shape: Array, side: float) -> tuple[NDArray[np.boo
     is_before |= (obstacles[..., 2].min(axis=1) > front[grid.of_triangles(obstacles)]).any(axis=0)
     point, triangle, depth = _over(shape.mean(axis=1), obstacles, side)
     over = depth - shape.mean(axis=1)[point, 2]
-    is_before[triangle[over > least]] = True
-    is_behind[triangle[over < -ROUNDING * side]] = True
+    is_before[triangle[over > least[triangle]]] = True
+    is_behind[triangle[over < most[triangle]]] = True
     point, triangle, depth = _over(obstacles.mean(axis=1), shape, side)
     over = obstacles.mean(axis=1)[point, 2] - depth
-    is_before[point[over > least]] = True
-    is_behind[point[over < -ROUNDING * side]] = True
+    is_before[point[over > least[point]]] = True
+    is_behind[point[over < most[point]]] = True
     return is_before, is_behind
 
 

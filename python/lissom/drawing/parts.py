@@ -62,6 +62,8 @@ class Part:
     is_open: bool = False
     #: A hexadecimal colour of its own.
     own_colour: str | None = None
+    #: Thickness of the wall around a bore, whose surface this is, metres; zero for other surfaces.
+    wall: float = 0.0
 
     @property
     def colour(self) -> str:
@@ -102,7 +104,9 @@ def parts(
         vertices, triangles = surface(shape, *box)
         poses = np.broadcast_to(np.eye(4), (len(q), 4, 4)) if poses is None else poses
         opacity = contacts.OPACITY if isinstance(shape, Tube) else 1.0
-        found.append(_carried(name, layer, vertices, triangles, poses, isinstance(shape, OPEN), opacity))
+        part = _carried(name, layer, vertices, triangles, poses, isinstance(shape, OPEN), opacity)
+        wall = (shape.wall or shape.radius) if isinstance(shape, Tube) else 0.0
+        found.append(replace(part, wall=wall))
     for ball in contacts.balls(touching, q, t, bodies):
         unit, triangles = meshes.BALL
         found.append(_rigid(ball.name, ball.layer, ball.radius * unit, triangles, ball.points))

@@ -50,9 +50,6 @@ SECTIONS_PER_SEGMENT = 24
 #: Number of places along a segment at which its section is evaluated.
 PLACES = 32
 
-#: Maximum number of modes of a strain in a segment.
-MOST_MODES = 64
-
 #: Windings of the drawn spring.
 WINDINGS = 11
 
@@ -198,8 +195,6 @@ class View:
     sketch: Sketch | None = None
     #: Angular velocity (3,) of the base, rad/s in world axes, for a time; None if the base is fixed.
     carrier_velocity: Callable[[float], Array] | None = None
-    #: The same model with this many more modes of each strain; None if that is impossible.
-    with_more_modes: Callable[[int], Model | None] = lambda more: None
     #: The same model with these additional loads; None for a model that accepts no loads.
     with_loads: Callable[[Sequence[Load]], Model] | None = None
     #: Numbers of multiplications of the solvers' computations, by name.
@@ -300,7 +295,6 @@ def of_rod(rod: Rod) -> View:
             )
         ],
         carrier_velocity=None if rod.base_motion is None else partial(_base_velocity, rod),
-        with_more_modes=partial(_rod_with_more_modes, rod),
         with_loads=partial(_with_loads, rod),
         multiplications=lambda: rod.multiplications,
     )
@@ -309,20 +303,6 @@ def of_rod(rod: Rod) -> View:
 def _base_velocity(rod: Rod, t: float) -> Array:
     rest = np.zeros(rod.n)
     return rod.velocity(rest, rest, 0.0, t=t)[:3]
-
-
-def _rod_with_more_modes(rod: Rod, more: int) -> Rod | None:
-    if more + max(count for segment in rod.segments for count in segment.modes.values()) > MOST_MODES:
-        return None
-    segments = [
-        replace(
-            segment,
-            modes={strain: count + more for strain, count in segment.modes.items() if count},
-            nodes=None,
-        )
-        for segment in rod.segments
-    ]
-    return replace(rod, segments=segments)
 
 
 def _with_loads(robot: Robot, loads: Sequence[Load]) -> Model:

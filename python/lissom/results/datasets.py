@@ -143,8 +143,11 @@ def _of_path(result: ContinuationResult, model: Model | None) -> xarray.Dataset:
 
 @_dataset.register(ModesResult)
 def _of_modes(result: ModesResult, model: Model | None) -> xarray.Dataset:
-    data = _begin(model, result.shapes.shape[0], "Vibrations")
+    data = _begin(model, result.shapes.shape[0], "Vibrations", message=result.message)
     data["frequency"] = ("mode", result.frequency, {"long_name": "frequency", "units": "Hz"})
+    if result.refined_frequency is not None:
+        attributes = {"long_name": "frequency with more modes of the rods", "units": "Hz"}
+        data["refined_frequency"] = ("mode", result.refined_frequency, attributes)
     data["damping_ratio"] = ("mode", result.damping_ratio, {"long_name": "damping ratio", "units": "1"})
     # Only xarray reads complex numbers.
     for name, values, unit in (("eigenvalue", result.eigenvalues, "s-1"), ("shape", result.shapes, SEE)):

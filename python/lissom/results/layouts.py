@@ -31,6 +31,7 @@ LAYOUTS: Mapping[str, Mapping[str, str]] = {
         "shapes": "fc n m",
         "u": "f? k",
         "t": "f?",
+        "refined_frequency": "f? m",
     },
     "EnsembleResult": {
         "t": "t m",

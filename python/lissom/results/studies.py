@@ -216,6 +216,11 @@ class StaticsStudy:
         return kept
 
 
+def _refined(found: ModesResult, kind: Callable[[Array], Any]) -> dict[str, Any]:
+    """The frequencies with more modes of the rods, if they are known."""
+    return {} if found.refined_frequency is None else {"refined_frequency": kind(found.refined_frequency)}
+
+
 @dataclass(frozen=True)
 class ModesStudy:
     """Natural modes of a scene about a shape."""
@@ -242,7 +247,9 @@ class ModesStudy:
             "coordinates": self.scene.model.n,
             "q": self.q.tolist(),
             "is_stable": found.is_stable,
+            "message": found.message,
             "frequency": found.frequency.tolist(),
+            **_refined(found, list),
             "damping_ratio": found.damping_ratio.tolist(),
             "eigenvalues": [[s.real, s.imag] for s in found.eigenvalues.tolist()],
         }
@@ -253,6 +260,7 @@ class ModesStudy:
         return {
             "q": self.q,
             "frequency": found.frequency,
+            **_refined(found, np.array),
             "damping_ratio": found.damping_ratio,
             "eigenvalues": found.eigenvalues,
             "shapes": found.shapes,

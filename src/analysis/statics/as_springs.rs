@@ -8,8 +8,8 @@ use crate::error::Interrupted;
 use crate::model::constraint::forget_unmoved;
 use crate::model::springs::{LengthTendons, Springs};
 use crate::model::{
-    Dynamics, Elastic, Energy, Facts, InContact, InTime, InvalidShape, OneSided, Overlap, Radius, Reached,
-    Softened, Sprung, Static, Switch, Untied,
+    ContactText, Dynamics, Elastic, Energy, Facts, InContact, InTime, InvalidShape, OneSided, Overlap,
+    Radius, Reached, Softened, Sprung, Static, Switch, Untied,
 };
 use crate::numerics::linalg::Matrix;
 
@@ -266,8 +266,8 @@ impl InContact for AsSprings<'_> {
         self.model.deepest_overlap(q)
     }
 
-    fn name_of_contact(&self, contact: usize) -> String {
-        self.model.name_of_contact(contact)
+    fn text_of_contact(&self, contact: usize, text: ContactText) -> String {
+        self.model.text_of_contact(contact, text)
     }
 
     fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {

@@ -9,9 +9,9 @@
 //! new shape.
 
 use super::outcome::Equilibrium;
-use crate::analysis::refined::{all_places, embed};
+use crate::analysis::refined::with_more_modes;
 use crate::analysis::stability::Stability;
-use crate::description::rod::{MAX_MODES, STRAIN_NAMES};
+use crate::description::rod::STRAIN_NAMES;
 use crate::error::{Interrupted, Number};
 use crate::model::constraint::one_sided;
 use crate::model::{MissingStrain, Model, RigidStretch};
@@ -265,7 +265,10 @@ fn by_more_modes<M: Model + Clone>(
     missing: MissingStrain,
     shift: f64,
 ) -> Result<Estimated, Interrupted> {
-    let Some((mut richer, q)) = with_more_modes(model, &found.q) else { return Ok(Estimated::NotTried) };
+    let finer = |more| with_more_modes(model, &found.q, more, MOST_COORDINATES);
+    let Some((mut richer, q)) = MORE_MODES.into_iter().find_map(finer) else {
+        return Ok(Estimated::NotTried);
+    };
     if let Some(u) = u {
         richer.set_inputs(u);
     }
@@ -321,22 +324,6 @@ fn followed<M: Model>(
         there = system.step(model, &there)?;
     }
     None
-}
-
-/// A model with more modes of all strains that have some, and the shape in its coordinates.
-fn with_more_modes<M: Model>(model: &M, q: &[f64]) -> Option<(M, Vec<f64>)> {
-    let modes = model.modes()?;
-    let between = model.coordinates_between();
-    MORE_MODES.into_iter().find_map(|more| {
-        let with_more = |&modes: &usize| if modes == 0 { 0 } else { (modes + more).min(MAX_MODES) };
-        let fine: Vec<usize> = modes.iter().map(with_more).collect();
-        if fine.iter().sum::<usize>() > MOST_COORDINATES {
-            return None;
-        }
-        let richer = model.with_modes(&fine)?;
-        let q = embed(q, &all_places(&modes, &fine, &between), richer.facts().n);
-        Some((richer, q))
-    })
 }
 
 /// The part of the missing strains that more modes leave out as well, from the balance of forces at the end of a step.

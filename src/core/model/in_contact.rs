@@ -20,6 +20,15 @@ pub enum Reached {
     Taut(usize),
 }
 
+/// What a contact is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactText {
+    /// Its name in messages and results.
+    Name,
+    /// Advice in sentences, or nothing, on a shape that is refused because its surfaces overlap deeply.
+    AdviceOnDeepOverlap,
+}
+
 /// Softened contacts.
 #[derive(Clone, Copy, Debug)]
 pub struct Softened<'a> {
@@ -76,8 +85,8 @@ pub trait InContact: Dynamics {
     /// The overlap in a shape with the largest share.
     fn deepest_overlap(&mut self, q: &[f64]) -> Option<Overlap>;
 
-    /// Name of a contact.
-    fn name_of_contact(&self, contact: usize) -> String;
+    /// A text about a contact. Allocates.
+    fn text_of_contact(&self, contact: usize, text: ContactText) -> String;
 
     /// Advice in sentences, or nothing: what to change if contacts are too soft, from the deepest overlap so far; and, after a failed
     /// run or search with these last shapes, the contact that overlaps most and the stop and tendon with the largest force in the last

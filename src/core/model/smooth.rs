@@ -1,9 +1,9 @@
 //! Marker traits for models of one's own without time dependence, constraints, contacts and so on.
 
 use super::{
-    Differentiable, Dynamics, Elastic, Excitation, GainCheck, Impact, InContact, InImpact, InTime,
-    InertiaMatrix, InvalidShape, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable, Separation,
-    Softened, Sprung, Switch, Tied,
+    ContactText, Differentiable, Dynamics, Elastic, Excitation, GainCheck, Impact, InContact, InImpact,
+    InTime, InertiaMatrix, InvalidShape, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable,
+    Separation, Softened, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -168,7 +168,7 @@ impl<M: Smooth> InContact for M {
         None
     }
 
-    fn name_of_contact(&self, _contact: usize) -> String {
+    fn text_of_contact(&self, _contact: usize, _text: ContactText) -> String {
         String::new()
     }
 

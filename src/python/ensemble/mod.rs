@@ -248,7 +248,7 @@ fn computed(
     if let Err((row, error)) = refused {
         return Err(of_row(py, row, &raise(with_python_names(error))));
     }
-    finish(py, ensemble, times, workers, rows.keep, raised)
+    finish(py, ensemble, times, workers, rows, raised)
 }
 
 /// Computes all runs without holding the interpreter, except for progress and Ctrl-C.
@@ -288,7 +288,7 @@ fn finish(
     ensemble: Ensemble,
     times: Vec<f64>,
     workers: usize,
-    keep: Keep,
+    rows: &Rows,
     raised: PyResult<()>,
 ) -> PyResult<PyEnsembleResult> {
     let doubts = ensemble.outcomes.iter().flatten().filter_map(|outcome| outcome.doubt.as_ref());
@@ -300,10 +300,11 @@ fn finish(
             PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(text)?, 1)
         }
     };
-    match raised.and_then(|()| warned()) {
-        Ok(()) => PyEnsembleResult::new(py, ensemble, times, workers, keep),
-        Err(error) => {
-            Err(with_result(py, error, || PyEnsembleResult::new(py, ensemble, times, workers, keep)))
-        }
+    let ended = raised.and_then(|()| warned());
+    let questions = rows.models.questions();
+    let result = || PyEnsembleResult::new(py, ensemble, times, workers, rows.keep, &questions);
+    match ended {
+        Ok(()) => result(),
+        Err(error) => Err(with_result(py, error, result)),
     }
 }

@@ -4,6 +4,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::super::model::PyModel;
+use super::super::remarks;
 use super::super::rows::{Vectors, each};
 
 /// Models of the rows.
@@ -43,6 +44,15 @@ impl Models {
             Self::One(model) => vec![model.get().default_inputs()],
             Self::Each(models) => models.iter().map(|model| model.get().default_inputs()).collect(),
         }
+    }
+
+    /// Questions about the units of the model of each row.
+    pub(super) fn questions(&self) -> impl Fn(usize) -> Vec<String> {
+        let of_one = match self {
+            Self::One(model) => Some(remarks::questions(model.get())),
+            Self::Each(_) => None,
+        };
+        move |row| of_one.clone().unwrap_or_else(|| remarks::questions(self.of_row(row).get()))
     }
 
     pub(super) fn of_row(&self, row: usize) -> &Py<PyModel> {

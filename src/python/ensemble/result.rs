@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::super::record::{self, ReadOnly, Reduced};
+use super::super::remarks::with;
 use crate::simulation::ensemble::{Ensemble, Keep, Outcome, Size};
 
 /// Result of `simulate_many`: arrays with a row for each run. Missing values are NaN.
@@ -80,6 +81,7 @@ impl PyEnsembleResult {
         times: Vec<f64>,
         workers: usize,
         keep: Keep,
+        questions: &dyn Fn(usize) -> Vec<String>,
     ) -> PyResult<Self> {
         let Ensemble { size, q, v, poses, extremes, spread, outcomes, wall_time } = ensemble;
         let Size { count, times: m, n, places } = size;
@@ -108,9 +110,10 @@ impl PyEnsembleResult {
             array(values.collect(), &[count])
         };
         let (status, success) = statuses(py, &outcomes)?;
-        let texts = outcomes
-            .iter()
-            .map(|outcome| outcome.as_ref().map_or("The run was not begun.", |it| it.message.as_str()));
+        let texts = outcomes.iter().enumerate().map(|(row, outcome)| match outcome {
+            Some(it) => with(&it.message, &questions(row)),
+            None => "The run was not begun.".to_owned(),
+        });
         let doubts = outcomes.iter().map(|outcome| outcome.as_ref().and_then(|it| it.doubt.as_deref()));
         let slack = outcomes.iter().map(|outcome| {
             let slack = outcome.iter().flat_map(|it| &it.slack).map(|slack| slack.name.as_str());

@@ -3,6 +3,7 @@
 use std::any::Any;
 
 use super::stepped::Stepped;
+use crate::analysis::refined_modes::{self, RefinedModes};
 use crate::analysis::statics::{self, Effort, Equilibrium, SpaceError};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode;
@@ -87,6 +88,13 @@ pub(crate) trait Native: model::Model + Send + Sync {
         at: (f64, Option<&[f64]>),
         effort: Effort,
     ) -> Result<Option<SpaceError>, Interrupted>;
+
+    /// [`refined_modes::refined_modes`].
+    fn refined_modes(
+        &mut self,
+        q: &[f64],
+        at: (f64, Option<&[f64]>),
+    ) -> Result<Option<RefinedModes>, Interrupted>;
 
     /// The description, for a robot.
     fn robot(&self) -> Option<&Robot>;
@@ -177,6 +185,14 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         effort: Effort,
     ) -> Result<Option<SpaceError>, Interrupted> {
         statics::space_error(self, found, at, effort)
+    }
+
+    fn refined_modes(
+        &mut self,
+        q: &[f64],
+        at: (f64, Option<&[f64]>),
+    ) -> Result<Option<RefinedModes>, Interrupted> {
+        refined_modes::refined_modes(self, q, at)
     }
 
     fn robot(&self) -> Option<&Robot> {

@@ -312,7 +312,7 @@ impl PyRobot {
 
     /// Questions about numbers that are probably in other units.
     fn _implausible_units(&self) -> Vec<String> {
-        self.kinematics().implausible_units()
+        self.kinematics().description().implausible_units()
     }
 
     /// Stiffness of every contact: given, of the material or from the loads.

@@ -15,6 +15,7 @@ use super::super::convert;
 use super::super::inputs::{mapping_of, or_rows, set_named};
 use super::super::model::{PyEnergy, PyModel, model_of};
 use super::super::record::{self, Reduced};
+use super::super::remarks;
 use super::super::simulate::{MethodOf, OptionArguments, method as method_of, needs_damping};
 use super::memory::{Memory, Outcome, READY, Start, start};
 use crate::integrators::newmark::Parameters;
@@ -399,7 +400,8 @@ impl PySimulation {
     /// The status in words, and what to change.
     #[getter]
     fn message(&self) -> PyResult<String> {
-        Ok(self.memory()?.message())
+        let outcome = self.memory()?.message();
+        Ok(remarks::with(&outcome, &remarks::questions(self.model.get())))
     }
 
     /// Why the motion so far may be wrong although no step failed: energy that fixed steps add or lose while inputs are those of

@@ -17,6 +17,7 @@ use super::super::inputs::{has_names, numbered};
 use super::super::model::PyModel;
 use super::super::motion::signals;
 use super::super::record::{self, Reduced};
+use super::super::remarks;
 use super::super::rows::{Vectors, check_alike, each, of_row, threads};
 use super::memory::{Memory, Outcome, STEPS_WITH_INTERPRETER, Start, check_start_time};
 use super::simulation::PySimulation;
@@ -508,7 +509,8 @@ impl PySimulations {
     ///     If there is no such row.
     fn message(&self, #[pyo3(from_py_with = arguments::whole::row)] row: i64) -> PyResult<String> {
         let row = self.existing_row(row)?;
-        Ok(self.rows()?[row].message())
+        let outcome = self.rows()?[row].message();
+        Ok(remarks::with(&outcome, &remarks::questions(self.models[row].get())))
     }
 
     /// The models, one per row.

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 import lissom
 from lissom import cli
-from lissom.analysis.peaks import beyond_limits, largest_of
+from lissom.analysis.limits import sentences
+from lissom.analysis.peaks import largest_of
 
 STEEL = {"young_modulus": 210e9, "shear_modulus": 80e9, "density": 7800.0}
 GRAVITY = 9.81
@@ -253,7 +254,7 @@ def test_a_peak_has_the_limit_of_its_segment():
     shares = {name: of(peaks, name).share for name in size}
     assert shares == pytest.approx({"curvature": 0.8, "axial strain": 0.5, "axial stress": 2.0})
     assert of(peaks, "bending moment").limit is None
-    beyond = beyond_limits(peaks)
+    beyond = sentences(peaks)
     assert len(beyond) == 1
     assert "axial stress of rod" in beyond[0]
     assert f"{limits['max_stress']:.4g} Pa is allowed" in beyond[0]
@@ -310,9 +311,9 @@ def test_the_report_and_the_command_line_name_what_is_exceeded(tmp_path):
     result = CliRunner().invoke(
         cli.commands, ["statics", str(scene), "-o", str(tmp_path / "out")], standalone_mode=False
     )
-    assert "Beyond its limit: curvature of" in result.output
+    assert "Beyond `min_bend_radius`, " in result.output
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "Beyond its limit: curvature of" in report
+    assert "1.42e+03 times" in report or "times what is allowed: curvature of" in report
     assert ">limit<" in report
 
 

@@ -538,3 +538,47 @@ def test_a_soft_rod_rests_on_the_ring_that_it_sags_in(length, unit):
     assert found.success
     height = robot.pose(found.q, [0.7 / unit], link="rod")[0, 2, 3] * unit
     assert -0.0105 < height < -0.0075
+
+
+def in_a_bend(points, radius=3e-3):
+    """A rod of 0.09 m in the straight part of a tube, which bends after 0.1 m."""
+    segment = lissom.Segment(0.09, 1e-3, 5e7, poisson_ratio=0.4, density=1200.0, modes={"bend_y": 3})
+    tube = lissom.Tube(points, radius=radius)
+    return lissom.Rod([segment], contacts=[lissom.Contact("rod", tube)], gravity=(0, 0, 0))
+
+
+BULGING = [(0, 0, 0), (0.1, 0, 0), (0.15, 0, 0.05)]
+
+
+def test_refusals_say_where_the_centre_line_leaves_its_points():
+    rod = in_a_bend(BULGING)
+    # The parabola through the three points, by hand over the lengths of the chords.
+    times = np.cumsum([0.0, 0.1, np.hypot(0.05, 0.05)])
+    parabola = np.polynomial.Polynomial(
+        np.linalg.solve(np.vander(times, 3, increasing=True), np.array(BULGING)[:, 2])
+    )
+    bulge = -parabola(np.linspace(0.0, 0.1, 1000)).min()
+    written = f"{bulge:.1e}".replace("e-02", "e-2")
+    said = f"m is {written} m beside the straight line between two of them "
+    said += "(the radius of the bore is 0.003 m): give more points"
+    with pytest.raises(ValueError, match="is sunk into what it touches") as refused:
+        lissom.simulate(rod, 0.01)
+    assert said in str(refused.value)
+    assert said in lissom.statics(rod, method="descent").message
+    # As a scene.
+    with pytest.raises(ValueError, match="overlap") as refused:
+        rod.to_scene()
+    assert said in " ".join(str(refused.value).split())
+
+
+def test_more_points_in_the_straight_part_are_what_helps():
+    straight = [(x, 0, 0) for x in (0, 0.03, 0.06, 0.08, 0.1)]
+    assert lissom.simulate(in_a_bend([*straight, (0.125, 0, 0.012), (0.15, 0, 0.05)]), 0.01).success
+
+
+def test_other_refusals_say_nothing_of_it():
+    """A rod across a straight tube, whose centre line is that of its points."""
+    across = in_a_bend([(0.05, 0, -0.1), (0.05, 0, 0.1)])
+    with pytest.raises(ValueError, match="is sunk into what it touches") as refused:
+        lissom.simulate(across, 0.01)
+    assert "centre line" not in str(refused.value)

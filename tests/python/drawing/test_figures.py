@@ -211,6 +211,29 @@ def test_obstacles_are_painted_between_shapes(heights, order):
     assert " ".join(found) == order
 
 
+@pytest.mark.parametrize("aside", [0.0, 2.4e-3, -2.4e-3])
+def test_a_catheter_in_a_tube_is_dimmed_along_its_whole_length(aside):
+    """The near wall is painted after the rod, the far one before it, also where it presses into one."""
+    segment = lissom.Segment(0.2, 1e-3, 5e7, poisson_ratio=0.4, density=1500.0, modes={"bend_y": 1})
+    vessel = lissom.Tube([(-0.05, aside, 0), (0.1, aside, 0), (0.25, aside, 0)], radius=3e-3, wall=2e-3)
+    rod = lissom.Rod([segment], contacts=[lissom.Contact("rod", vessel)], gravity=(0, 0, 0))
+    state = (np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 0)), np.zeros(1))
+    found, _ = parts(views.view(rod), *state, True)
+    front = painting.view_axes(np.array([0.0, -1.0, 0.0]), np.array([0.0, 0, 1]))
+    painted = painting.triangles(found, front)
+    is_wall = painted.colours[:, 3] < 1.0
+    place, middle = np.arange(len(is_wall)), painted.corners.mean(axis=1)
+    catheter, wall = np.flatnonzero(~is_wall), np.flatnonzero(is_wall)
+    point, over, depth = painting._over(middle[catheter], painted.corners[wall], 0.05)
+    assert len(point) > 100
+    # The axis of the tube, seen from -y.
+    is_near = depth > -aside
+    assert is_near.any()
+    assert (~is_near).any()
+    assert (place[catheter[point[is_near]]] < place[wall[over[is_near]]]).all()
+    assert (place[catheter[point[~is_near]]] > place[wall[over[~is_near]]]).all()
+
+
 def test_over_finds_what_lies_over_what():
     """Against every point and triangle by themselves."""
     chosen = np.random.default_rng(3)

@@ -133,3 +133,35 @@ def test_paths_in_tables_may_break_and_numbers_may_not():
     )
     assert "segments[0].<wbr>young_<wbr>modulus" in rendered
     assert "<td>1.25 m</td>" in rendered
+
+
+def limited():
+    bent = lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 3}, min_bend_radius=0.5)
+    return lissom.Rod([bent])
+
+
+def test_limits_that_are_exceeded_make_outcomes_red():
+    rod = limited()
+    motion = lissom.simulate(rod, 0.2, dt=2e-3)
+    rest = lissom.statics(rod)
+    setting = setting_for(rest, rod)
+    for built in (build_result(motion, "x"), equilibrium(setting, rest, "x")):
+        words, is_good = built.outcome
+        assert not is_good
+        assert "beyond limits of segments" in words
+    free = lissom.Rod([segment()])
+    assert build_result(lissom.simulate(free, 0.2, dt=2e-3), "x").outcome == ("Finished.", True)
+
+
+def test_reports_of_modes_name_frequencies_that_the_rods_do_not_resolve():
+    rod = lissom.Rod([segment()], gravity=(0, 0, 0))
+    found = lissom.modes(rod, np.zeros(3))
+    built = vibrations(setting_for(found, rod), np.zeros(3), found, "x")
+    html = page.render(built)
+    assert "with more modes (Hz)" in html
+    assert f"{found.refined_frequency[2]:.4g}" in html
+    assert built.outcome == ("Stable", True)
+    one = lissom.Rod([lissom.Segment(0.3, 0.01, 1e6, 4e5, 1000.0, modes={"bend_y": 1})], gravity=(0, 0, 0))
+    found = lissom.modes(one, [0.0])
+    words, is_good = vibrations(setting_for(found, one), np.zeros(1), found, "x").outcome
+    assert (is_good, words) == (False, "Stable, but the rods have too few modes for the first frequency")

@@ -1,5 +1,6 @@
 """Numbers that no robot can have, such as millimetres in place of metres, are questioned where they act."""
 
+import pickle
 import re
 
 import numpy as np
@@ -148,6 +149,151 @@ def test_numbers_in_other_units_are_questioned_also_where_the_search_fails():
     found = lissom.statics(lissom.Rod([rubber]), method="descent", max_iter=2)
     assert not found.success
     assert "A Young's modulus of 0.3 Pa is softer than any gel" in found.message
+
+
+def gas():
+    """80 m of a material of 0.3 Pa."""
+    segment = lissom.Segment(80.0, 0.5, 0.3, 0.1, 1100.0, modes={"bend_y": 2}, retardation_time=1.0)
+    return lissom.Rod([segment], gravity=(0, 0, 0), actuators=[tendon((0, 0.3))])
+
+
+def messages_of_everything():
+    """The message of each function that has one."""
+    model = gas()
+    run = lissom.simulate(model, 0.02, dt=0.01)
+    yield "simulate", run.message
+    yield "auto", lissom.simulate(model, 0.02, method="auto").message
+    yield "simulate_many", lissom.simulate_many(model, 0.02, dt=0.01, q0=np.zeros((2, 2))).message[1]
+    each = lissom.simulate_many([model, model], 0.02, dt=0.01)
+    yield "simulate_many of models", each.message[1]
+    rest = lissom.statics(model)
+    yield "statics", rest.message
+    yield "statics_many", lissom.statics_many(model, {"pull": [0.0]}).message[0]
+    yield "modes", lissom.modes(model, rest.q).message
+    yield "continuation", lissom.continuation(model).message
+    yield "actuate", lissom.actuate(model, (80.0, 0, 0)).message
+    yield "reach", model.reach({"rod": (80.0, 0, 0)}).message
+    stepper = lissom.Simulation(model, dt=0.01)
+    stepper.step()
+    yield "Simulation", stepper.message
+    yield "Simulations", lissom.Simulations(model, count=2, dt=0.01).message(1)
+
+
+def test_every_message_asks_what_advice_asks():
+    questions = gas().advice()
+    assert len(questions) == 1
+    for name, message in messages_of_everything():
+        for question in questions:
+            assert message.count(question) == 1, (name, message)
+
+
+def test_messages_of_copies_ask_once(tmp_path):
+    run = lissom.simulate(gas(), 0.02, dt=0.01)
+    run.save(tmp_path / "x.lissom")
+    assert lissom.load(tmp_path / "x.lissom").message == run.message
+    rest = lissom.statics(gas())
+    assert pickle.loads(pickle.dumps(rest)).message == rest.message
+    sane = finger(gravity=(0, 0, 0))
+    assert lissom.simulate(sane, 0.01, dt=1e-3).message.count("?") == 0
+
+
+SLENDER = {"young_modulus": 1e9, "poisson_ratio": 0.4, "density": 1100.0, "modes": {"bend_y": 2}}
+BOX = lissom.Box((100, 0, -30), (30, 50, 5))
+
+
+def among(obstacle, joint=None, a="rod", **others):
+    link = lissom.Link("rod", rod=[lissom.Segment(0.2, 1e-3, **SLENDER)], joint=joint or lissom.Weld())
+    contacts = [lissom.Contact(a, obstacle, stiffness=1e4, name="touch")]
+    return lissom.Robot([link], contacts=contacts, **others)
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        # What is written in millimetres.
+        (lambda: among(lissom.Capsule((50, 0, -20), (120, 0, -20), 5)), "lies 48.85 m from the base of"),
+        (lambda: among(BOX), "a box lies 74.33 m from"),
+        (lambda: among(lissom.HalfSpace((0, 0, -50))), "a half space lies 50 m from the base of"),
+        (lambda: among(lissom.Sphere((100, 0, 0), 20)), "a sphere of 20 m lies 80 m from"),
+        (lambda: among(lissom.Tube([(-10, 0, 0), (100, 0, 0), (200, 0, 50)], 3)), "which is 0.002 m wide"),
+        (lambda: among(lissom.HalfSpace((0, 0, -1)), a=lissom.Ball("rod", 30.0)), "a ball on"),
+        # The robot in millimetres, the obstacle in metres.
+        (
+            lambda: lissom.Robot(
+                [lissom.Link("rod", rod=[lissom.Segment(500.0, 0.5, **SLENDER)])],
+                contacts=[lissom.Contact("rod", lissom.Sphere((0.3, 0, -0.05), 0.01), stiffness=1e4)],
+            ),
+            "is 0.02 m large, and",
+        ),
+        # Far, but it may come: what moves along an axis, or freely, or with the base.
+        (lambda: among(lissom.HalfSpace((0, 0, -50)), lissom.Free()), None),
+        (lambda: among(lissom.HalfSpace((0, 0, -50)), lissom.Prismatic((0, 0, 1))), None),
+        (lambda: among(lissom.HalfSpace((0, 0, -1.9))), None),
+        (lambda: among(lissom.HalfSpace((0, 0, -2.1))), "they never touch; are all lengths in metres?"),
+        (lambda: among(lissom.Capsule((0.05, 0, -0.02), (0.12, 0, -0.02), 5e-3)), None),
+        (lambda: among(lissom.Tube([(-0.01, 0, 0), (0.3, 0, 0)], 0.1)), None),
+        # A bump of a tenth of a millimetre under a catheter.
+        (lambda: among(lissom.Sphere((0.1, 0, -2e-3), 1e-4)), None),
+        (lambda: among(lissom.Sphere((0, 0, -100), 99.0)), None),
+    ],
+)
+def test_obstacles_in_other_units_than_the_robot(model, said):
+    asked = model().advice()
+    if said is None:
+        assert asked == []
+    else:
+        assert len(asked) == 1, asked
+        assert said in asked[0]
+        assert asked[0].endswith("are all lengths in metres?")
+
+
+def test_links_of_a_chain_reach_together():
+    """The floor of the second test is 10 times as far as the first link reaches, not as both do."""
+    rod = [lissom.Segment(0.2, 1e-3, **SLENDER)]
+    links = [
+        lissom.Link("rod", rod=rod),
+        lissom.Link("next", parent="rod", joint=lissom.Revolute((0, 1, 0)), rod=rod),
+    ]
+
+    def asked(height, a):
+        return lissom.Robot(links, contacts=[lissom.Contact(a, lissom.HalfSpace((0, 0, -height)))]).advice()
+
+    assert len(asked(3.0, "rod")) == 1
+    assert asked(3.0, "next") == []
+    assert len(asked(5.0, "next")) == 1
+
+
+def given(stretch, bending, modes, length=0.2):
+    section = lissom.Section.given((bending,) * 3 + (stretch,) * 3, 0.1)
+    return lissom.Rod([lissom.Segment(length, section=section, modes=modes)])
+
+
+@pytest.mark.parametrize(
+    ("model", "said"),
+    [
+        # 5 mm and 20 mm, written as such; and half a metre in a fifth of one.
+        (lambda: finger(radius=5), '"rod" is 10 m wide'),
+        (lambda: finger(radius=0.5), '"rod" is 1 m wide and 0.2 m long; are both in metres?'),
+        (lambda: finger(radius=0.25), None),
+        # A round section of 2 mm of steel: E A = 2.6e6 N, E I = 2.6 N m² or 2.6e6 N mm².
+        (lambda: given(2.6e6, 2.6, {"bend_y": 2, "stretch": 1}), None),
+        (
+            lambda: given(2.6e6, 2.6e6, {"bend_y": 2, "stretch": 1}),
+            "those of a rod that is 4 m wide, and it is 0.2 m",
+        ),
+        (lambda: given(2.6e6, 5e4, {"bend_y": 2, "stretch": 1}, 0.1), "is bending in N m²?"),
+        # Stiffness of strains without modes does not matter.
+        (lambda: given(1.0, 1.0, {"bend_y": 2}), None),
+        (lambda: given(1.0, 1.0, {"stretch": 2}), None),
+    ],
+)
+def test_sections_in_millimetres(model, said):
+    asked = [question for question in model().advice() if "shear would add" not in question]
+    if said is None:
+        assert asked == []
+    else:
+        assert len(asked) == 1, asked
+        assert said in asked[0]
 
 
 def test_targets_far_from_the_robot():

@@ -154,10 +154,10 @@ def build_result(result: MotionResult, title: str, visuals: Sequence[Visual] = (
 
 
 def _outcome(result: MotionResult) -> tuple[str, bool]:
-    """The outcome of a motion, and whether it is good: without a doubt."""
+    """The outcome of a motion, and whether it is good."""
     if not result.success:
         return f"Ended at {result.t[-1]:.3g} s: {result.message}", False
-    return ("Finished.", True) if result.doubt is None else (f"Finished. {result.doubt}", False)
+    return text.finished(result, result.doubt or "")
 
 
 def build(run: Run) -> page.Page:

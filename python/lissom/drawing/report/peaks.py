@@ -8,7 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import LissomError, Model
-from ...analysis.peaks import Peak, States, beyond_limits, has_limits, largest_of, peaks_of
+from ...analysis import limits as of_segments
+from ...analysis.limits import exceeded
+from ...analysis.peaks import Peak, States, largest_of, peaks_of
 from ...results.runs import MAX_SHAPES, Made, Run
 from . import page
 from .text import quantity
@@ -33,12 +35,12 @@ def of_equilibrium(setting: Setting, q: Array) -> list[page.Section]:
 
 def exceeded_in_motion(run: Run | Made) -> list[str]:
     """A sentence about each limit of a segment that a motion exceeds."""
-    return beyond_limits(_found(_model(run), _states(run))) if has_limits(run.view) else []
+    return exceeded(_model(run), _states(run))
 
 
 def exceeded_at_rest(setting: Setting, q: Array) -> list[str]:
     """A sentence about each limit of a segment that an equilibrium exceeds."""
-    return beyond_limits(_found(setting.model, _at_rest(setting, q))) if has_limits(setting.view) else []
+    return exceeded(setting.model, _at_rest(setting, q))
 
 
 def _model(run: Run | Made) -> Model:
@@ -84,7 +86,7 @@ def _section(peaks: list[Peak], times: tuple[str, ...], some: str = "") -> list[
         "outermost fibre along the rod; moments and forces in sections by the balance of forces." + some
     )
     table = page.Table(columns, rows, frozenset(columns) - {"largest", "of"}, caption)
-    lessons = [page.Lesson(sentence) for sentence in beyond_limits(peaks)]
+    lessons = [page.Lesson(sentence) for sentence in of_segments.sentences(peaks)]
     return [page.Section("Largest values", [*lessons, table])] if rows else []
 
 

@@ -16,7 +16,7 @@ from ...results.runs import Array
 from ...results.studies import ModesStudy, Setting, Slides, StaticsStudy, setting_for, way
 from ..oscillation import frequency, is_overdamped, is_rounding, mode_motion
 from . import motion, page, peaks, plots, theme
-from .text import quantity
+from .text import BEYOND_LIMITS, quantity
 
 #: Number of animated modes; the table contains all of them.
 ANIMATED = 4
@@ -87,7 +87,7 @@ def equilibrium(
     return page.Page(
         title=title,
         lead=lead,
-        outcome=outcome(found),
+        outcome=outcome(found, peaks.exceeded_at_rest(setting, found.q)),
         advice=about_model(setting.model),
         sections=sections,
     )
@@ -156,8 +156,8 @@ def _source(scene: Scene) -> page.Section:
     return page.Section("Scene", [page.Source("The scene file", scene.text)])
 
 
-def outcome(found: StaticsResult) -> tuple[str, bool]:
-    """The outcome, and whether it is a success."""
+def outcome(found: StaticsResult, beyond: Sequence[str] = ()) -> tuple[str, bool]:
+    """The outcome, and whether it is good: accurate, stable, and with no sentence about a limit."""
     if found.status == "interrupted":
         return (
             f"Interrupted at load factor {found.load_factor:.6g}; what was found until then is shown.",
@@ -168,7 +168,7 @@ def outcome(found: StaticsResult) -> tuple[str, bool]:
     verdict, error = f"In equilibrium, {found.stability or 'stability unknown'}", found.space_error
     if error is not None and error.relative > DOUBTFUL:
         return f"{verdict}, but the modes leave an error of {error.relative:.0%} of the length", False
-    return verdict, bool(found.is_stable)
+    return BEYOND_LIMITS.format(what=verdict) if beyond else verdict, bool(found.is_stable) and not beyond
 
 
 def summary(setting: Setting, found: StaticsResult, wall_time: float | None) -> list[tuple[str, str]]:
@@ -272,17 +272,48 @@ def vibrations(setting: Setting, q: Array, found: ModesResult, title: str) -> pa
             f"mode {k + 1}",
         )
     ]
+    of_all = _table_of_modes(found)
     return page.Page(
         title=title,
         advice=about_model(setting.model),
         lead=f"{setting.view.title}: natural modes, {len(found.frequency)} of them.",
-        outcome=("Stable" if found.is_stable else "Unstable", found.is_stable),
-        sections=[*animated, page.Section("Modes", [page.Table(COLUMNS, table(found), frozenset(COLUMNS))])],
+        outcome=outcome_of_modes(found),
+        sections=[*animated, page.Section("Modes", [found.message, of_all])],
     )
 
 
-#: Columns of the table of modes.
+def outcome_of_modes(found: ModesResult) -> tuple[str, bool]:
+    """The outcome, and whether it is good: stable, and at least the slowest vibration is resolved."""
+    verdict = "Stable" if found.is_stable else "Unstable"
+    if len(found.frequency) and changes(found, 0):
+        return f"{verdict}, but the rods have too few modes for the first frequency", False
+    return verdict, found.is_stable
+
+
+def changes(found: ModesResult, k: int) -> str:
+    """The frequency that more modes of the rods would give, if it is another one; otherwise empty."""
+    if found.refined_frequency is None:
+        return ""
+    was, becomes = found.frequency[k], found.refined_frequency[k]
+    return f"{becomes:.4g}" if abs(was - becomes) > RESOLVED * max(was, becomes) else ""
+
+
+#: Relative change of a frequency with more modes up to which it counts as resolved, as in messages.
+RESOLVED = 1e-2
+
+#: Columns of the table of modes, and the one beside the frequency where more modes change some.
 COLUMNS = ("mode", "frequency (Hz)", "damping ratio", "decay rate (1/s)")
+WITH_MORE_MODES = "with more modes (Hz)"
+
+
+def _table_of_modes(found: ModesResult) -> page.Table:
+    refined = [changes(found, k) for k in range(len(found.frequency))]
+    rows: list[tuple[str, ...]] = list(table(found))
+    columns: tuple[str, ...] = COLUMNS
+    if any(refined):
+        columns = (*COLUMNS[:2], WITH_MORE_MODES, *COLUMNS[2:])
+        rows = [(*row[:2], other, *row[2:]) for row, other in zip(rows, refined, strict=True)]
+    return page.Table(columns, rows, frozenset(columns))
 
 
 def table(found: ModesResult) -> list[tuple[str, str, str, str]]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulate
+from ...analysis.limits import exceeded_by_motion
 from ...model.starts import has_contacts, has_loops
 from ...model.views import SECTIONS_PER_SEGMENT, Coordinate, view
 from ...results.runs import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
@@ -32,6 +33,9 @@ METHODS = {
 
 #: Newmark's method for models with closed loops or contacts.
 METHOD_THAT_DAMPS = "generalised alpha (implicit, ρ∞ = 0.8)"
+
+#: Where the largest values say which.
+BEYOND_LIMITS = "{what}, but beyond limits of segments."
 
 #: Counters shown first.
 SHOWN_COUNTERS = ("steps", "newton_iterations", "nfev")
@@ -108,9 +112,14 @@ def outcome(run: Run) -> tuple[str, bool]:
             f"{settings.rtol:g} was asked for.",
             False,
         )
-    if run.motion.doubt is not None:
-        return f"Finished. {in_words_of_a_scene(run.motion.doubt)}", False
-    return "Finished.", True
+    return finished(run.motion, "" if run.motion.doubt is None else in_words_of_a_scene(run.motion.doubt))
+
+
+def finished(motion: MotionResult, doubt: str) -> tuple[str, bool]:
+    """The outcome of a motion that came to its end: good without a doubt and within limits of segments."""
+    is_within = not exceeded_by_motion(motion)
+    ended = "Finished." if is_within else BEYOND_LIMITS.format(what="Finished")
+    return f"{ended} {doubt}".rstrip(), is_within and not doubt
 
 
 def tiles(run: Run) -> list[tuple[str, str]]:

@@ -10,7 +10,7 @@ use super::signals::PlacedSignal;
 use crate::description::body::Body;
 use crate::description::joint::Joint;
 use crate::description::rod::arc_length::check_end;
-use crate::description::rod::{Section, Segment};
+use crate::description::rod::{Allowable, Section, Segment};
 use crate::description::schema::Item as _;
 use crate::description::signal::Signal;
 use crate::description::world::{BaseMotion, STANDARD_GRAVITY};
@@ -174,6 +174,11 @@ impl Robot {
     pub(crate) fn has_separate_sections(&self) -> bool {
         let Self { base_motion, fluid, contacts, .. } = self;
         base_motion.is_none() && fluid.is_none() && contacts.is_empty() && !self.has_magnets()
+    }
+
+    /// Whether a segment has an allowable bend radius, strain or stress.
+    pub fn has_limits(&self) -> bool {
+        self.segments().any(|segment| segment.allowable != Allowable::default())
     }
 
     /// Whether anything is magnetised.

@@ -1,5 +1,7 @@
 //! Questions about numbers that are probably in other units than SI.
 
+use super::distances::implausible_distances;
+use super::sizes::{PLACES, half_width};
 use super::text::significant;
 use crate::description::rod::{Section, SectionProperties, Segment};
 use crate::robot::description::{Link, Robot};
@@ -18,6 +20,9 @@ const HEAVIEST: f64 = 23e3;
 /// Metres: half the width of a rod whose sizes are probably in millimetres.
 const WIDEST: f64 = 1.0;
 
+/// Width of a rod over its length: even discs are longer, and millimetres make slender rods at least five times as wide as long.
+const STOUTEST: f64 = 3.0;
+
 /// m/s^2: gravity above this is probably in other units.
 const STRONGEST_GRAVITY: f64 = 100.0;
 
@@ -25,8 +30,9 @@ const STRONGEST_GRAVITY: f64 = 100.0;
 const IN_MILLISECONDS: f64 = 9.81e-3;
 const ALIKE: f64 = 5e-3;
 
-/// Parts of a segment between the places where its width is looked at.
-const PLACES: u32 = 16;
+/// Strains, in their order.
+const BENDS: [usize; 2] = [1, 2];
+const STRETCH: usize = 3;
 
 /// Offset of a tendon or chamber over the half width of its rod: guide disks have at most a hundred, and offsets in millimetres at least
 /// five hundred, as a tendon runs no nearer to the axis than by half the radius.
@@ -35,8 +41,15 @@ const FARTHEST: f64 = 200.0;
 /// Area of a chamber over that of the section around it: bellows beside a rod are a few times as wide as it.
 const WIDEST_CHAMBER: f64 = 10.0;
 
-/// A sentence about each implausible modulus, density and width, and about the gravity; each is said once.
-pub(crate) fn implausible_units(robot: &Robot) -> Vec<String> {
+impl Robot {
+    /// Questions about moduli, densities, widths, actuators, contacts and a gravity that are probably in other units than SI. Allocates.
+    pub fn implausible_units(&self) -> Vec<String> {
+        implausible_units(self)
+    }
+}
+
+/// A sentence about each implausible modulus, density, width and contact, and about the gravity; each is said once.
+fn implausible_units(robot: &Robot) -> Vec<String> {
     let mut said = Vec::new();
     let mut say = |sentence: String| {
         if !said.contains(&sentence) {
@@ -64,11 +77,23 @@ pub(crate) fn implausible_units(robot: &Robot) -> Vec<String> {
     }
     for link in &robot.links {
         let widest = link.rod.iter().map(half_width).fold(0.0, f64::max);
+        let by_stiffness = link.rod.iter().map(half_width_by_stiffness).fold(0.0, f64::max);
+        let [width, length] = [2.0 * widest, link.length()].map(significant);
         if widest > WIDEST {
-            say(format!("{:?} is {} m wide; lengths are in metres.", link.name, significant(2.0 * widest)));
+            say(format!("{:?} is {width} m wide; lengths are in metres.", link.name));
+        } else if 2.0 * widest > STOUTEST * link.length() {
+            say(format!("{:?} is {width} m wide and {length} m long; are both in metres?", link.name));
+        } else if by_stiffness > WIDEST || 2.0 * by_stiffness > STOUTEST * link.length() {
+            let width = significant(2.0 * by_stiffness);
+            say(format!(
+                "The stiffnesses of bending and stretch of {:?} are those of a rod that is {width} m wide, and it is {length} m long; is \
+                 bending in N m²?",
+                link.name
+            ));
         }
     }
     robot.actuators.iter().flat_map(|actuator| of_actuator(robot, actuator)).for_each(&mut say);
+    implausible_distances(robot).into_iter().for_each(&mut say);
     let strength = robot.gravity.iter().fold(0.0_f64, |sum, g| sum.hypot(*g));
     if (strength - IN_MILLISECONDS).abs() < ALIKE * IN_MILLISECONDS {
         let strength = significant(strength);
@@ -134,8 +159,16 @@ fn outline(link: &Link) -> Option<f64> {
     (least > 0.0 && most > 0.0).then_some(most)
 }
 
-/// The largest half extent of a segment's section.
-fn half_width(segment: &Segment) -> f64 {
-    let at = |i| f64::from(i) / f64::from(PLACES);
-    (0..=PLACES).flat_map(|i| segment.section.half_extents(at(i))).fold(0.0, f64::max)
+/// Half the width of a round section with the stiffnesses of a given one, 2 sqrt(E I / E A); zero where one of them does not matter,
+/// because the strain has no modes.
+fn half_width_by_stiffness(segment: &Segment) -> f64 {
+    let (Section::Given(given), true) = (&segment.section, segment.modes[STRETCH] > 0) else { return 0.0 };
+    let at = |i| {
+        let stiffness = given.at(f64::from(i) / f64::from(PLACES)).stiffness;
+        let bends = BENDS.into_iter().filter(|&bend| segment.modes[bend] > 0);
+        bends
+            .map(|bend| 2.0 * (stiffness[bend][bend] / stiffness[STRETCH][STRETCH]).sqrt())
+            .fold(0.0, f64::max)
+    };
+    (0..=PLACES).map(at).fold(0.0, f64::max)
 }

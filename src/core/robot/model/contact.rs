@@ -3,8 +3,8 @@
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN};
 use crate::model::springs::LengthTendons;
 use crate::model::{
-    Dynamics as _, ForwardScratch, GainCheck, Impact, InContact, InImpact, InvalidShape, Overlap, Radius,
-    Reached, Separation, Softened, Sprung as _, chart,
+    ContactText, Dynamics as _, ForwardScratch, GainCheck, Impact, InContact, InImpact, InvalidShape,
+    Overlap, Radius, Reached, Separation, Softened, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::FastestImpact;
@@ -88,8 +88,12 @@ impl InContact for RobotModel {
         coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.deepest_overlap(q)))
     }
 
-    fn name_of_contact(&self, contact: usize) -> String {
-        self.robot.contacts.get(contact).map_or_else(String::new, |contact| contact.name.clone())
+    fn text_of_contact(&self, contact: usize, text: ContactText) -> String {
+        let Some(contact) = self.robot.contacts.get(contact) else { return String::new() };
+        match text {
+            ContactText::Name => contact.name.clone(),
+            ContactText::AdviceOnDeepOverlap => contact::advice::on_deep_overlap(contact),
+        }
     }
 
     fn advice_at_end(&mut self, failed: &[&[f64]], deepest: Option<Overlap>) -> String {

@@ -30,7 +30,7 @@ use crate::robot::effects::actuator::plan::Line;
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::loops::explain::explain_redundant;
 use crate::robot::effects::loops::{Loop, Tie};
-use crate::robot::explain::{Explanation, Multiplications, cost, implausible_units, overloads};
+use crate::robot::explain::{Explanation, Multiplications, cost, overloads};
 
 /// Gaps of loops above this part of the length of what they join, or above this difference of cosines, count as open: far
 /// above the errors of methods that enforce constraints, and far below visible gaps.
@@ -478,11 +478,6 @@ impl RobotModel {
                 numbers
             })
         })
-    }
-
-    /// Questions about moduli, densities, widths and a gravity that are probably in other units than SI. Allocates.
-    pub fn implausible_units(&self) -> Vec<String> {
-        implausible_units(&self.robot)
     }
 
     /// Sentences about forces that are absurd for the stiffness of their rods, at a time and with the inputs u, by default those of the

@@ -19,7 +19,7 @@ use crate::integrators::ode;
 use crate::integrators::second_order;
 use crate::integrators::second_order::{Counters, Failure, Grid, is_whole, number_of_steps};
 use crate::model::constraint::projection;
-use crate::model::{Energy, ForwardScratch, Model, Overlap, SingularMass};
+use crate::model::{ContactText, Energy, ForwardScratch, InvalidShape, Model, Overlap, SingularMass};
 use crate::numerics::tape::Tape;
 use crate::simulation::balance::{FlowMeter, State};
 
@@ -100,12 +100,14 @@ impl<M: Model> Run<M> {
             && model.set_time(t_span.0).is_ok()
             && let Some(invalid_shape) = model.deep_penetration(q0)
         {
-            let expected = "a start in which surfaces overlap by less than a radius";
-            return Err(InvalidInput::new(
-                "q0",
-                format_args!("one in which the model {invalid_shape}"),
-                expected,
-            ));
+            let mut expected = "a start in which surfaces overlap by less than a radius".to_owned();
+            if let InvalidShape::DeepPenetration { contact, .. } = invalid_shape {
+                let advice = model.text_of_contact(contact, ContactText::AdviceOnDeepOverlap);
+                expected += if advice.is_empty() { "" } else { "." };
+                expected += &advice;
+            }
+            let found = format_args!("one in which the model {invalid_shape}");
+            return Err(InvalidInput::new("q0", found, expected));
         }
         if let Some(dt) = method.fixed_step() {
             check_step(dt, model.facts().shortest_period)?;

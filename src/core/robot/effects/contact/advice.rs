@@ -3,7 +3,10 @@
 use crate::model::Overlap;
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::compile::{OVERLAP, default_stiffness, needed_stiffness, stiffnesses};
+use crate::robot::effects::contact::obstacles::{Obstacle, Tube};
 use crate::robot::effects::contact::query::ReportedTouch;
+use crate::robot::effects::contact::shapes::centre_line::CentreLine;
+use crate::robot::effects::contact::shapes::distance::to_segment;
 use crate::robot::effects::contact::{Contact, Surface};
 
 /// Largest acceptable overlap over the thickness of the thinner surface: twice that for which the default stiffness is chosen.
@@ -14,6 +17,13 @@ const SUNK: f64 = 0.9;
 
 /// Contacts stiffer than needed by this factor cost several times as many iterations.
 const STIFF_FACTOR: f64 = 10.0;
+
+/// Distance of the centre line of a tube from the straight lines between its points, over the radius of the bore, from which on it may
+/// have led to an overlap that its points do not show.
+const BULGE: f64 = 0.1;
+
+/// Places of the centre line at which it is measured, on each of its parts.
+const MEASURED: usize = 8;
 
 /// Sentences about the deepest overlap of a run, if it is too deep, and about the contact point with the deepest overlap where the run
 /// ended or after one more step.
@@ -35,6 +45,36 @@ pub(crate) fn advice(
         said += &soft(robot, overlap, has_failed);
     }
     said
+}
+
+/// What to know of the surfaces of a contact where a start or the end of a search is deep in one of them; often empty.
+pub(crate) fn on_deep_overlap(contact: &Contact) -> String {
+    let tubes = contact.surfaces.iter().filter_map(|surface| match surface.obstacle() {
+        Some(Obstacle::Tube(tube)) => Some(tube),
+        _ => None,
+    });
+    tubes.filter_map(on_centre_line).collect()
+}
+
+/// Where the smooth centre line of a tube leaves the straight lines between its points, if that is much for its bore.
+fn on_centre_line(tube: &Tube) -> Option<String> {
+    let points: Vec<_> = tube.points.iter().map(|&point| point.into()).collect();
+    let beside = |place| {
+        points.windows(2).map(|ends| to_segment(place, [ends[0], ends[1]])).fold(f64::INFINITY, f64::min)
+    };
+    let places = CentreLine::new(&points).places(MEASURED).into_iter();
+    let (bulge, place) =
+        places.map(|place| (beside(place), place)).max_by(|(a, _), (b, _)| a.total_cmp(b))?;
+    if bulge <= BULGE * tube.radius {
+        return None;
+    }
+    let [x, y, z] = place.to_array();
+    Some(format!(
+        " The centre line of the tube is a smooth curve through its {} points, which at ({x:.4}, {y:.4}, {z:.4}) m is {bulge:.1e} m beside \
+         the straight line between two of them (the radius of the bore is {} m): give more points where the tube is straight.",
+        points.len(),
+        tube.radius,
+    ))
 }
 
 fn overlap(touch: &ReportedTouch) -> Overlap {
@@ -66,6 +106,9 @@ fn on_contact_point(robot: &Robot, touch: &ReportedTouch, is_ahead: bool) -> Str
             thickness(contact),
         )
     };
+    if touch.share > SUNK {
+        said += &on_deep_overlap(contact);
+    }
     if contact.is_spread() && stiffness > STIFF_FACTOR * needed {
         said += &format!(
             " It is stiff for its load: `stiffness={}` in place of {} N/m^2 gives overlaps of about 15 % of the radius at edges, and \

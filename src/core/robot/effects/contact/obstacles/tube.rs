@@ -16,8 +16,8 @@ const MOST_POINTS: usize = 1000;
 shape! {
     /// A tube with open ends: a vessel, a pipe, a guide or a ring, in which rods and balls are, or outside of it.
     ///
-    /// The centre line is a smooth curve through the points, the cubic spline over the lengths of the chords between them; two
-    /// points are a straight tube, and a short one is a ring, or the hole of a guide. Beyond its ends, whose planes are across the centre
+    /// The centre line is a smooth curve through the points, the cubic spline over the lengths of the chords between them, which bulges
+    /// where a straight part ends in a bend: give more points there. Two points are a straight tube, and a short one is a ring, or the hole of a guide. Beyond its ends, whose planes are across the centre
     /// line, there is no wall; rods may leave through them, and touch their rims. A closed end is a `HalfSpace` across the tube, in a contact
     /// of its own. Rods and balls must be thinner than the bore, and round; what starts deep in the wall is refused, as with other shapes.
     #[part(tag = "tube", called = "a tube")]
