@@ -263,7 +263,7 @@ impl Targets {
                 "the name of a link, a mapping from links to poses, or a sequence of lissom.Target";
             PyTypeError::new_err(format!("{argument}: expected {expected}, got {found}"))
         };
-        if convert::numbers(link, argument, "numbers").is_ok() {
+        if convert::numbers(link, argument, "numbers").is_ok_and(|numbers| !numbers.values.is_empty()) {
             let error = wrong(link);
             return Err(PyTypeError::new_err(format!(
                 "{}; a pose of the last link is the second argument: `reach(None, pose)`",

@@ -778,7 +778,7 @@ fn central_differences_beyond_their_limit_blow_up_and_say_why() {
     let stable = scalar_run(&mut system, 100.0, (1.0, 0.0), &with_scheme(Scheme::CENTRAL_DIFFERENCE, 0.199));
     assert!(stable.status.is_success() && last(&stable.q).abs() < 20.0);
     let found = scalar_run(&mut system, 1e3, (1.0, 0.0), &with_scheme(Scheme::CENTRAL_DIFFERENCE, 0.25));
-    assert_eq!(found.status, Status::StepFailed(Failure::NonFinite));
+    assert_eq!(found.status, Status::Unstable);
     assert!(found.message.contains("stable only for step sizes below 2.0000"), "{}", found.message);
 }
 

@@ -7,7 +7,7 @@ signatures; a test compares them. Matplotlib, xarray and h5py are imported on us
 from __future__ import annotations
 
 import os
-from typing import TYPE_CHECKING, Any
+from typing import Any, NoReturn, TYPE_CHECKING
 
 from .._lissom import (
     ActuateResult,
@@ -25,7 +25,6 @@ from .._lissom import (
 )
 from ..analysis.base import ParameterResult
 from ..common.arguments import MORE, suggesting, text
-from ..common.elsewhere import of_class
 from . import texts
 from .missing import INSTEAD, of_attribute
 from .models import advice_of_model, advice_of_scene, save_scene, scene_of
@@ -673,7 +672,13 @@ def attach() -> None:
     _attach_to_equilibria()
     for owner in INSTEAD:
         _attach(owner, "__getattr__", of_attribute)
-    type(Segment).__getattr__ = of_class  # type: ignore[attr-defined]
+    type(Segment).__getattr__ = _of_class_of_parts  # type: ignore[attr-defined]
+
+
+def _of_class_of_parts(cls: type, name: str) -> NoReturn:
+    from ..common.elsewhere import of_class
+
+    of_class(cls, name)
 
 
 def _attach_to_motions() -> None:

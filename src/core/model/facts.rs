@@ -60,6 +60,8 @@ pub struct Facts {
     pub has_velocity_forces: bool,
     /// False if [`Dynamics::dissipated_power`](super::Dynamics::dissipated_power) is always zero, so that a run need not integrate it.
     pub is_damped: bool,
+    /// Whether strains are damped, by retardation times: steps that are short beside these end near where they begin.
+    pub has_retardation: bool,
     /// False if [`Dynamics::supplied_power`](super::Dynamics::supplied_power) is always zero, so that a run need not integrate it.
     pub is_driven: bool,
     /// Whether the base or coordinates have prescribed motions.
@@ -119,6 +121,7 @@ impl Facts {
             sticking_time: f64::INFINITY,
             has_velocity_forces: false,
             is_damped: true,
+            has_retardation: true,
             is_driven: false,
             is_carried: false,
             varies_in_time: false,

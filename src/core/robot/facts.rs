@@ -49,6 +49,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
         sticking_time: sticking_time(robot),
         has_velocity_forces: vary_coordinates || sweeps.has_velocity_forces(),
         is_damped: sweeps.is_damped(),
+        has_retardation: sweeps.has_retardation(),
         is_driven: vary_coordinates || sweeps.is_driven(),
         is_carried: vary_coordinates || robot.base_motion.is_some(),
         varies_in_time: vary_coordinates || plan.varies_in_time,

@@ -188,7 +188,7 @@ def test_results_without_a_model_have_no_peaks():
     other = lissom.Rod([lissom.Segment(1.0, 1e-3, **STEEL, modes={"bend_y": 5})])
     with pytest.raises(ValueError, match="5 coordinates, the result has 3"):
         found.peaks(other)
-    with pytest.raises(TypeError, match="not a model"):
+    with pytest.raises(TypeError, match="model: expected a Model"):
         found.peaks("rod")
 
 

@@ -275,7 +275,7 @@ def test_what_has_no_meaning_without_inertia_is_refused():
 
 
 def test_catheters_end_each_step_in_equilibrium():
-    """Where contacts begin all along a soft catheter that lies down in a bent vessel, and is fed through it."""
+    """Where contacts begin all along a soft catheter that lies down in a bent vessel and is fed."""
     x = np.linspace(0.0, 0.25, 40)
     bends = 0.015 * np.sin(x / 0.25 * 5 * np.pi) * np.minimum(1, x / 0.06)
     points = np.column_stack([x, bends, 0.008 * np.cos(x / 0.04) * np.minimum(1, x / 0.08)])

@@ -406,19 +406,23 @@ def test_average_acceleration_conserves_the_energy_of_linear_systems(system, dt)
 )
 def test_stability_limits(method, limit):
     def largest(omega_h):
-        found = newmark(
+        found = lissom.newmark(
             lambda t, q, v, a: a + omega_h**2 * q, (0.0, 200.0), [1.0], [0.0], dt=1.0, method=method
         )
-        return np.abs(found.q).max()
+        return found.status, np.abs(found.q).max()
 
-    assert largest(0.99 * limit) < 1.001
-    assert largest(1.01 * limit) > 1e6
+    status, below = largest(0.99 * limit)
+    assert status == "finished"
+    assert below < 1.001
+    status, beyond = largest(1.01 * limit)
+    assert status == "unstable"
+    assert beyond > 1e6
 
 
 def test_beyond_the_stability_limit_the_failure_says_why():
     with np.errstate(all="ignore"):
         found = lissom.newmark(oscillator, (0.0, 1e4), [1.0], [0.0], dt=1.5, method="central_difference")
-    assert (found.success, found.status) == (False, "non_finite")
+    assert (found.success, found.status) == (False, "unstable")
     assert "stable only for step sizes below 2.0000 / (largest natural frequency" in found.message
     assert np.isfinite(found.q).all()
     assert np.abs(found.q).max() > 1e100

@@ -156,7 +156,11 @@ impl<G: Turning> Sweeps<G> {
 
     /// Whether the motion dissipates energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0) || self.dissipates
+        self.has_retardation() || self.dissipates
+    }
+
+    pub(crate) fn has_retardation(&self) -> bool {
+        self.plan.pieces.iter().any(|piece| piece.retardation_time > 0.0)
     }
 
     /// Whether forces other than damping depend on velocities, because of the base motion or of an effect.

@@ -16,8 +16,8 @@ use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Sol
 use crate::model::{Radius, have_tunnelled};
 use crate::numerics::linalg::{Matrix, dot};
 
-/// Maximum number of increments. Catheters in bent vessels take 10 to 100.
-const MOST_INCREMENTS: usize = 100;
+/// Maximum number of increments. Catheters in bent vessels take 10 to 150.
+const MOST_INCREMENTS: usize = 200;
 
 /// Maximum number of times that an increment is shortened.
 const MOST_CUTS: usize = 8;
@@ -25,10 +25,10 @@ const MOST_CUTS: usize = 8;
 /// The shift is multiplied by the first factor where the Jacobian is not positive definite or an increment has been shortened to less
 /// than [`SHORT`], and by the second one after one that was not shortened.
 const STRONGER: f64 = 8.0;
-const WEAKER: f64 = 0.25;
+const WEAKER: f64 = 0.1;
 const SHORT: f64 = 0.3;
 
-/// The smallest and the largest shift, in units of the ratio of the traces of Jacobian and mass matrix.
+/// The smallest and the largest shift, in units of the ratio of the traces of Jacobian and mass matrix, of coordinates in units of their sizes.
 const SMALLEST_SHIFT: f64 = 1e-9;
 const LARGEST_SHIFT: f64 = 1e12;
 
@@ -73,7 +73,7 @@ impl<V: Numbers> Corrector<V> {
         let mut damping = Damping { mass: mass?, shift: 0.0 };
         for _ in 0..MOST_INCREMENTS {
             let jacobian = self.dense_jacobian(system, trial, h, &mut dense, counters)?;
-            let unit = jacobian.trace().abs() / damping.mass.trace();
+            let unit = self.scaled_trace(&jacobian).abs() / self.scaled_trace(&damping.mass);
             self.set_displacements(trial, h);
             if !self.damped_increment(&jacobian, unit, &mut damping) {
                 return Ok(Err(Failure::SingularJacobian));
@@ -108,6 +108,16 @@ impl<V: Numbers> Corrector<V> {
             LinearSystem::Dense { jacobian, .. } => Ok(jacobian.clone()),
             _ => unreachable!("made dense"),
         }
+    }
+
+    /// The trace of a matrix of the coordinates in units of their sizes.
+    fn scaled_trace(&self, matrix: &Matrix) -> f64 {
+        matrix
+            .diagonal()
+            .iter()
+            .zip(self.inverse_sizes.iter())
+            .map(|(entry, inverse)| entry / (inverse * inverse))
+            .sum()
     }
 
     /// Computes the increment with the smallest shift, not below the given one, at which the symmetric part of the Jacobian is positive definite.

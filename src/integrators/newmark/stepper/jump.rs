@@ -9,7 +9,8 @@
 use super::super::numbers::Numbers;
 use super::StepperOf;
 use crate::integrators::newmark::scheme::FIRST_STAGE;
-use crate::integrators::second_order::{SecondOrderSystem, Solved};
+use crate::integrators::second_order::{Failure, SecondOrderSystem, Solved};
+use crate::model::Dynamics;
 
 impl<V: Numbers> StepperOf<V> {
     /// Forces have jumped, and with them accelerations to these: remembers whether the next step is to be one of two stages.
@@ -68,9 +69,11 @@ impl<V: Numbers> StepperOf<V> {
             trial.q_base[i] = q[i] + rest * trial.v[i] + stage * trial.v_base[i];
         }
         guessed.copy_from_slice(&trial.a);
-        let solved = corrector.solve(system, trial, guessed, guessed, h, counters);
+        let solved = corrector.solve(system, trial, guessed, guessed, h, counters)?;
         self.size = h;
         (self.forgets, self.lags, self.has_stages) = (true, false, true);
-        solved
+        // Both stages have a solution for any force, however far it throws the shape.
+        let is_meaningless = system.model().is_some_and(|model| model.invalid_shape(&self.trial.q).is_some());
+        Ok(if is_meaningless { Err(Failure::NotConverged) } else { solved })
     }
 }
