@@ -7,7 +7,7 @@ signatures; a test compares them. Matplotlib, xarray and h5py are imported on us
 from __future__ import annotations
 
 import os
-from typing import Any, NoReturn, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from .._lissom import (
     ActuateResult,

@@ -216,7 +216,7 @@ def test_models_alone_are_simulated():
 @pytest.mark.parametrize("u", [[0.1], [[]], "u", None.__class__, [np.nan]])
 def test_a_model_without_inputs_takes_none(u):
     simulation = lissom.Simulation(rod(), dt=1e-3)
-    with pytest.raises((ValueError, TypeError), match="u: (expected|got a function)"):
+    with pytest.raises((ValueError, TypeError), match=r"u: (expected|got a function)"):
         simulation.step(u)
     assert simulation.step([]) == "finished"
     assert simulation.u.shape == (0,)
