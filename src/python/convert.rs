@@ -278,9 +278,12 @@ pub(crate) fn flag(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
 
 /// A text.
 pub(crate) fn text<'a>(value: &'a Bound<'_, PyAny>, name: &str) -> PyResult<&'a str> {
-    let text = value
-        .cast::<PyString>()
-        .map_err(|_| PyTypeError::new_err(format!("{name}: expected a str, got {}", describe(value))))?;
+    let text = value.cast::<PyString>().map_err(|_| {
+        // A part in place of its name.
+        let is_named = value.getattr("name").is_ok_and(|name| name.is_instance_of::<PyString>());
+        let hint = if is_named { "; its `name` is one" } else { "" };
+        PyTypeError::new_err(format!("{name}: expected a str, got {}{hint}", describe(value)))
+    })?;
     text.to_str().map_err(|_| {
         PyValueError::new_err(format!(
             "{name}: got a str with a lone surrogate, expected one that UTF-8 can encode"
@@ -476,6 +479,9 @@ pub(crate) fn step_limit(max_steps: Option<i64>) -> PyResult<usize> {
 
 /// Description of a value for messages: shape and dtype, or type.
 pub(crate) fn describe(value: &Bound<'_, PyAny>) -> String {
+    if let Ok(class) = value.cast::<PyType>() {
+        return class.name().map_or_else(|_| "a class".to_owned(), |name| format!("the class {name}"));
+    }
     let attribute = |name: &str| value.getattr(name).and_then(|a| a.str()).map(|s| s.to_string()).ok();
     match (attribute("shape"), attribute("dtype")) {
         (Some(shape), Some(dtype)) => {

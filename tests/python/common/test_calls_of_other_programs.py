@@ -293,3 +293,20 @@ def test_rotation_matrices_are_answered_with_their_quaternions():
     pose = rod(base_orientation=eval(code)).pose([0.0, 0.0], 0.0)
     np.testing.assert_allclose(pose[:3, :3], turned, atol=1e-15)
     assert "quaternion" not in said_by(lambda: rod(base_orientation=np.eye(2)))
+
+
+#: Words of other programs, and what is said of them.
+ANSWERS = {
+    "gains=(kp, kd)": lambda: lissom.Motor("hinge", position=0.1, kp=3.0),
+    "`limits` belong to what it drives": lambda: lissom.Input("pull", min=0.0),
+    "frequency=omega / (2 * pi)": lambda: lissom.Harmonic(amplitude=1.0, omega=3.0),
+    "did you mean 'rate'": lambda: sensors.Imu(rod(), "rod", frequency=100.0),
+    "did you mean 'noise'": lambda: sensors.Imu(rod(), "rod", std=0.1),
+    "got the class Free": lambda: lissom.Link("a", joint=lissom.Free),
+    "got Link; its `name` is one": lambda: lissom.Link("b", parent=lissom.Link("a")),
+}
+
+
+@pytest.mark.parametrize("sentence", ANSWERS)
+def test_words_and_parts_of_other_programs_are_answered(sentence):
+    assert sentence in said_by(ANSWERS[sentence])

@@ -167,6 +167,10 @@ const SYMBOLS: &[(&str, &[&str])] = &[
     ("s", &["X", "at"]),
     ("arc_length", &["X", "at"]),
     ("color", &["colour"]),
+    ("std", &["noise"]),
+    ("sigma", &["noise"]),
+    ("frequency", &["rate"]),
+    ("sample_rate", &["rate"]),
 ];
 
 /// What to know of values that are not those of the word: words, names that are known, of which the first is meant, and the remark.
@@ -213,6 +217,13 @@ const SENTENCES_OF_PYTHON: &[(&[&str], &[&str], &str)] = &[
     (&["bracket", "bounds", "x1"], &["fun", "x0"], NO_BRACKET),
     (&["radius", "angle", "distance"], &["path", "tension"], NO_ANGLE),
     (&["M", "C", "K", "mass", "stiffness", "damping", "force"], &["residual", "t_span"], NO_MATRICES),
+    (&["kp", "kd", "kv", "Kp", "Kd"], &["gains", "position"], "gains=(kp, kd), with a `position` to hold"),
+    (
+        &["min", "max", "low", "high", "lower", "upper", "limits"],
+        &["name", "default"],
+        "`limits` belong to what it drives, such as a Motor",
+    ),
+    (&["omega", "w"], &["amplitude", "frequency"], "frequency=omega / (2 * pi), in Hz"),
     (&["save", "output", "filename", "path"], &["model", "t_end"], "the result has `save(path)`"),
     (&["gravity", "g"], &["model", "u"], "it belongs to the model: lissom.Rod(..., gravity=(0, 0, 0))"),
     (
