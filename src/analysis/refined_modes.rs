@@ -26,6 +26,9 @@ const SAME: f64 = 0.4;
 /// One with less has nothing to do with it.
 const RELATED: f64 = 0.02;
 
+/// Frequencies below this part of the largest one are rounding: motions of a body as a whole.
+const ROUNDING: f64 = 1e-6;
+
 /// Frequencies of a model's vibrations in one with more modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefinedModes {
@@ -61,7 +64,7 @@ impl RefinedModes {
         });
         let named: Vec<String> = named.collect();
         let others = unresolved.len().saturating_sub(NAMED);
-        let others = if others > 0 { format!(", {others} others change as well") } else { String::new() };
+        let others = if others > 0 { format!(", and so do {others} more") } else { String::new() };
         let first = unresolved[0];
         let which = match first {
             0 => "The first frequency is not resolved".to_owned(),
@@ -107,7 +110,7 @@ pub fn refined_modes<M: Model>(
     finer.set_time(t)?;
     let (Ok(found), Ok(refined)) = (modes(model, q), modes(&mut finer, &at)) else { return Ok(None) };
     let overlaps = overlaps(&mut finer, &at, &places, &found, &refined);
-    Ok(Some(RefinedModes { frequency: matched(&overlaps, &refined.frequency), more }))
+    Ok(Some(RefinedModes { frequency: matched(&overlaps, [&found.frequency, &refined.frequency]), more }))
 }
 
 /// Parts of the kinetic energy of each vibration of a model that those of the larger model have, row by row. Of vibrations that damping
@@ -135,26 +138,41 @@ fn overlaps<M: Model>(
     found.shapes.chunks_exact(places.len()).map(of_one).collect()
 }
 
-/// The frequency of each vibration in the larger model: that of the one with most of its kinetic energy. Vibrations that are spread over
-/// many have the lowest frequencies that are left, as if sorted.
-fn matched(overlaps: &[Vec<f64>], refined: &[f64]) -> Vec<f64> {
-    let mut is_free = vec![true; refined.len()];
-    let mut take = |row: &[f64], is_it: &dyn Fn(f64) -> bool, by_share: bool| {
-        let free = (0..row.len()).filter(|&j| is_free[j] && is_it(row[j]));
-        let found = match by_share {
-            true => free.max_by(|&i, &j| row[i].total_cmp(&row[j])),
-            false => free.min(),
+/// The frequency of each vibration in the larger model: of those with much of its kinetic energy, the nearest, since the fast and the slow decay of
+/// an overdamped vibration have one shape. Vibrations that are spread over many have the lowest frequencies that are left, as if sorted.
+/// Frequencies that are rounding stay.
+fn matched(overlaps: &[Vec<f64>], [found, refined]: [&[f64]; 2]) -> Vec<f64> {
+    let largest = refined.iter().copied().fold(0.0, f64::max);
+    let moves_as_a_whole = |frequency: f64| frequency <= ROUNDING * largest;
+    let mut is_free: Vec<bool> = refined.iter().map(|&frequency| !moves_as_a_whole(frequency)).collect();
+    let mut take = |row: &[f64], least: f64, near: Option<f64>| {
+        let free = (0..row.len()).filter(|&j| is_free[j] && row[j] >= least);
+        let distance = |j: usize, frequency: f64| (refined[j] / frequency).ln().abs();
+        let taken = match near {
+            Some(frequency) => {
+                free.min_by(|&i, &j| distance(i, frequency).total_cmp(&distance(j, frequency)))
+            }
+            None => free.min(),
         };
-        found.inspect(|&j| is_free[j] = false)
+        taken.map(|j| {
+            is_free[j] = false;
+            refined[j]
+        })
     };
-    let mut found: Vec<Option<usize>> =
-        overlaps.iter().map(|row| take(row, &|share| share >= SAME, true)).collect();
-    for (row, found) in overlaps.iter().zip(&mut found) {
+    let mut matches: Vec<Option<f64>> = overlaps
+        .iter()
+        .zip(found)
+        .map(|(row, &frequency)| match moves_as_a_whole(frequency) {
+            true => Some(frequency),
+            false => take(row, SAME, Some(frequency)),
+        })
+        .collect();
+    for (row, found) in overlaps.iter().zip(&mut matches) {
         if found.is_none() {
-            *found = take(row, &|share| share >= RELATED, false).or_else(|| take(row, &|_| true, false));
+            *found = take(row, RELATED, None).or_else(|| take(row, 0.0, None));
         }
     }
-    found.into_iter().map(|found| found.map_or(f64::NAN, |j| refined[j])).collect()
+    matches.into_iter().map(|found| found.unwrap_or(f64::NAN)).collect()
 }
 
 #[cfg(test)]
@@ -169,10 +187,17 @@ mod tests {
             vec![0.0, 0.01, 0.95, 0.04, 0.0],
             vec![0.0, 0.2, 0.05, 0.35, 0.3],
         ];
-        assert_eq!(matched(&overlaps, &[1.0, 2.0, 3.0, 4.0, 5.0]), [1.0, 3.0, 2.0]);
+        let found = [1.0, 3.1, 6.0];
+        assert_eq!(matched(&overlaps, [&found, &[1.0, 2.0, 3.0, 4.0, 5.0]]), [1.0, 3.0, 2.0]);
         // A pair of one frequency, whose planes are turned.
         let pair = [vec![0.5, 0.5], vec![0.5, 0.5]];
-        assert_eq!(matched(&pair, &[7.0, 7.0]), [7.0, 7.0]);
+        assert_eq!(matched(&pair, [&[7.1, 7.1], &[7.0, 7.0]]), [7.0, 7.0]);
+        // The slow and the fast decay of an overdamped vibration, between which others lie.
+        let decays = [vec![0.9, 0.0, 0.95], vec![0.95, 0.0, 0.9]];
+        assert_eq!(matched(&decays, [&[8.2, 180.0], &[8.3, 20.0, 228.0]]), [8.3, 228.0]);
+        // A free body: what is rounding has no shape of its own.
+        let free = [vec![0.3, 0.3, 0.0], vec![0.3, 0.3, 0.0], vec![0.0, 0.0, 1.0]];
+        assert_eq!(matched(&free, [&[0.0, 1e-11, 6.5], &[2e-10, 3e-10, 6.4]]), [0.0, 1e-11, 6.4]);
     }
 
     #[test]
