@@ -29,6 +29,9 @@ const RELATED: f64 = 0.02;
 /// Frequencies below this part of the largest one are rounding: motions of a body as a whole.
 const ROUNDING: f64 = 1e-6;
 
+/// So are imaginary parts of eigenvalues below this part of their size.
+const ROUNDING_OF_EIGENVALUES: f64 = 1e-9;
+
 /// Frequencies of a model's vibrations in one with more modes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RefinedModes {
@@ -110,7 +113,10 @@ pub fn refined_modes<M: Model>(
     finer.set_time(t)?;
     let (Ok(found), Ok(refined)) = (modes(model, q), modes(&mut finer, &at)) else { return Ok(None) };
     let overlaps = overlaps(&mut finer, &at, &places, &found, &refined);
-    Ok(Some(RefinedModes { frequency: matched(&overlaps, [&found.frequency, &refined.frequency]), more }))
+    Ok(Some(RefinedModes {
+        frequency: matched(&overlaps, [&vibrations(&found), &vibrations(&refined)]),
+        more,
+    }))
 }
 
 /// Parts of the kinetic energy of each vibration of a model that those of the larger model have, row by row. Of vibrations that damping
@@ -138,16 +144,26 @@ fn overlaps<M: Model>(
     found.shapes.chunks_exact(places.len()).map(of_one).collect()
 }
 
-/// The frequency of each vibration in the larger model: of those with much of its kinetic energy, the nearest, since the fast and the slow decay of
-/// an overdamped vibration have one shape. Vibrations that are spread over many have the lowest frequencies that are left, as if sorted.
-/// Frequencies that are rounding stay.
-fn matched(overlaps: &[Vec<f64>], [found, refined]: [&[f64]; 2]) -> Vec<f64> {
-    let largest = refined.iter().copied().fold(0.0, f64::max);
-    let moves_as_a_whole = |frequency: f64| frequency <= ROUNDING * largest;
-    let mut is_free: Vec<bool> = refined.iter().map(|&frequency| !moves_as_a_whole(frequency)).collect();
+/// A frequency, and whether it is that of a vibration whose shape tells it from others: not rounding, and none of the many decays, fast and slow, of
+/// motions that damping couples.
+type Vibration = (f64, bool);
+
+fn vibrations(modes: &Modes) -> Vec<Vibration> {
+    let largest = modes.frequency.iter().copied().fold(0.0, f64::max);
+    let is_vibration = |(&frequency, s): (&f64, &Complex)| {
+        let decays = !modes.is_classical && s.im.abs() <= ROUNDING_OF_EIGENVALUES * frequency;
+        (frequency, frequency > ROUNDING * largest && !decays)
+    };
+    modes.frequency.iter().zip(&modes.eigenvalues).map(is_vibration).collect()
+}
+
+/// The frequency of each vibration in the larger model: of those with much of its kinetic energy, the nearest. Vibrations that are spread over many have
+/// the lowest frequencies that are left, as if sorted. What is no vibration stays.
+fn matched(overlaps: &[Vec<f64>], [found, refined]: [&[Vibration]; 2]) -> Vec<f64> {
+    let mut is_free: Vec<bool> = refined.iter().map(|&(_, is_vibration)| is_vibration).collect();
     let mut take = |row: &[f64], least: f64, near: Option<f64>| {
         let free = (0..row.len()).filter(|&j| is_free[j] && row[j] >= least);
-        let distance = |j: usize, frequency: f64| (refined[j] / frequency).ln().abs();
+        let distance = |j: usize, frequency: f64| (refined[j].0 / frequency).ln().abs();
         let taken = match near {
             Some(frequency) => {
                 free.min_by(|&i, &j| distance(i, frequency).total_cmp(&distance(j, frequency)))
@@ -156,15 +172,15 @@ fn matched(overlaps: &[Vec<f64>], [found, refined]: [&[f64]; 2]) -> Vec<f64> {
         };
         taken.map(|j| {
             is_free[j] = false;
-            refined[j]
+            refined[j].0
         })
     };
     let mut matches: Vec<Option<f64>> = overlaps
         .iter()
         .zip(found)
-        .map(|(row, &frequency)| match moves_as_a_whole(frequency) {
-            true => Some(frequency),
-            false => take(row, SAME, Some(frequency)),
+        .map(|(row, &(frequency, is_vibration))| match is_vibration {
+            true => take(row, SAME, Some(frequency)),
+            false => Some(frequency),
         })
         .collect();
     for (row, found) in overlaps.iter().zip(&mut matches) {
@@ -187,17 +203,23 @@ mod tests {
             vec![0.0, 0.01, 0.95, 0.04, 0.0],
             vec![0.0, 0.2, 0.05, 0.35, 0.3],
         ];
-        let found = [1.0, 3.1, 6.0];
-        assert_eq!(matched(&overlaps, [&found, &[1.0, 2.0, 3.0, 4.0, 5.0]]), [1.0, 3.0, 2.0]);
+        let all =
+            |frequencies: &[f64]| -> Vec<Vibration> { frequencies.iter().map(|&f| (f, true)).collect() };
+        let of = |overlaps: &[Vec<f64>], found: &[f64], refined: &[f64]| {
+            matched(overlaps, [&all(found), &all(refined)])
+        };
+        assert_eq!(of(&overlaps, &[1.0, 3.1, 6.0], &[1.0, 2.0, 3.0, 4.0, 5.0]), [1.0, 3.0, 2.0]);
         // A pair of one frequency, whose planes are turned.
         let pair = [vec![0.5, 0.5], vec![0.5, 0.5]];
-        assert_eq!(matched(&pair, [&[7.1, 7.1], &[7.0, 7.0]]), [7.0, 7.0]);
-        // The slow and the fast decay of an overdamped vibration, between which others lie.
-        let decays = [vec![0.9, 0.0, 0.95], vec![0.95, 0.0, 0.9]];
-        assert_eq!(matched(&decays, [&[8.2, 180.0], &[8.3, 20.0, 228.0]]), [8.3, 228.0]);
+        assert_eq!(of(&pair, &[7.1, 7.1], &[7.0, 7.0]), [7.0, 7.0]);
+        // Of one shape the nearest.
+        let twins = [vec![0.9, 0.0, 0.95], vec![0.95, 0.0, 0.9]];
+        assert_eq!(of(&twins, &[8.2, 180.0], &[8.3, 20.0, 228.0]), [8.3, 228.0]);
         // A free body: what is rounding has no shape of its own.
         let free = [vec![0.3, 0.3, 0.0], vec![0.3, 0.3, 0.0], vec![0.0, 0.0, 1.0]];
-        assert_eq!(matched(&free, [&[0.0, 1e-11, 6.5], &[2e-10, 3e-10, 6.4]]), [0.0, 1e-11, 6.4]);
+        let found = [(0.0, false), (1e-11, false), (6.5, true)];
+        let refined = [(2e-10, false), (3e-10, false), (6.4, true)];
+        assert_eq!(matched(&free, [&found, &refined]), [0.0, 1e-11, 6.4]);
     }
 
     #[test]

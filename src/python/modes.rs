@@ -53,8 +53,9 @@ use crate::python::words::required;
 ///     The time, seconds; None as for `u`.
 /// refined_frequency : ndarray, shape (m,), or None
 ///     Frequencies of the same vibrations with more modes of every strain of the rods, hertz: where they differ from `frequency` by more
-///     than 1 %, the rods have too few modes for that vibration. Computed on first access, at a few times the cost of `modes`; None
-///     without rods, for more than 200 coordinates of modes, and in results saved by versions that did not know it.
+///     than 1 %, the rods have too few modes for that vibration. Decays of coupled damping and motions of bodies as a whole are not
+///     judged: they have the value of `frequency`. Computed on first access, at a few times the cost of `modes`; None without rods, for
+///     more than 200 coordinates of modes, and in results saved by versions that did not know it.
 /// message : str
 ///     How many vibrations there are, which of them the modes of the rods resolve, and what the others become with more modes.
 #[pyclass(name = "ModesResult", module = "lissom", frozen, get_all)]

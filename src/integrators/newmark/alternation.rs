@@ -63,7 +63,7 @@ impl Alternation {
         let Found { coordinate, factor, t } = self.found?;
         Some(format!(
             "The steps are unstable: coordinate {coordinate} changes its sign with each of them and grows by a factor of {factor:.3}, until t = \
-             {}. The result says nothing about the motion.",
+             {}. The result says nothing about the motion, unless its loads change their signs with every step, too.",
             Time(t)
         ))
     }
