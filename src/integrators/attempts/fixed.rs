@@ -138,9 +138,9 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
     fn step_without_inertia(&mut self, t_new: f64, h: f64) -> Solved {
         // 1. To the nearby equilibrium.
         let Err(failure) = self.part(t_new, h, Memory::Kept)? else { return Ok(Ok(())) };
-        // 2. To the one downhill, where contacts begin (`test_catheters_end_each_step_in_equilibrium`); chains of hinges that snap take twice the work so. Dry friction has kinks
-        // at which increments end: of catheters with friction, one step in five would be solved, and all together take a fifth longer. What damps strains
-        // holds them in short parts.
+        // 2. To the one downhill, where contacts begin (`test_catheters_end_each_step_in_equilibrium`); chains of hinges that snap
+        // take twice the work so. Dry friction has kinks at which increments end: of catheters with friction, one step in five would
+        // be solved, and all together take a fifth longer. What damps strains holds them in short parts.
         let facts = self.system.facts();
         if facts.has_contact
             && !facts.has_dry_friction

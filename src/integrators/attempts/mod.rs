@@ -14,8 +14,8 @@
 //! | [explodes](Diagnosis::Explodes) | halves | – |
 //! | sound | made | made |
 //!
-//! Fixed steps without inertia have a sequence of their own: to the nearby equilibrium; to the one downhill; in parts; and, if there is none, in parts with
-//! inertia by the backward Euler method. They are only examined for invalid ends and crossed surfaces.
+//! Fixed steps without inertia have a sequence of their own: to the nearby equilibrium; to the one downhill; in parts; and, if there
+//! is none, in parts with inertia by the backward Euler method. They are only examined for invalid ends and crossed surfaces.
 //!
 //! Of fixed steps, only those without memory are examined for explosions, and only those with memory for unresolved impacts. Adaptive
 //! steps of the Newmark family are only examined for missed contacts: their error estimate detects the rest.

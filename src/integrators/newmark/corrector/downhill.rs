@@ -1,8 +1,7 @@
 //! Equilibria without inertia that Newton's method does not find, or finds by going through surfaces.
 //!
-//! Where a contact begins or lets go, or a shape snaps, the next equilibrium is far away. It is where the shape comes to rest as it
-//! goes down the potential of a step: elastic energy, loads and contacts, and what damping and friction dissipate from the start of
-//! the step. Increments are shortened by the work of the residual in them, as in [`Search`], and where they would lead through a surface.
+//! Where contacts begin or let go, the next equilibrium is far away. It is where the shape comes to rest as it goes down the potential
+//! of a step: elastic energy, loads and contacts, and what damping dissipates from the start of the step. Increments are shortened by the work of the residual in them, as in [`Search`], and where they would lead through a surface.
 //! Where the Jacobian is not positive definite, or increments have been shortened much, a multiple of the mass matrix is added, so that
 //! all parts of a body have the same resistance to motion (Levenberg 1944; in this metric the way is that of an overdamped motion).
 
@@ -79,7 +78,11 @@ impl<V: Numbers> Corrector<V> {
                 return Ok(Err(Failure::SingularJacobian));
             }
             if damping.shift == 0.0 && self.displacement() <= NEAR {
-                return self.with_fresh_jacobians(system, trial, [last; 2], h, Friction::Followed, counters);
+                let place = trial.q.to_vec();
+                let solved =
+                    self.with_fresh_jacobians(system, trial, [last; 2], h, Friction::Exact, counters)?;
+                let passes = solved.is_ok() && passes_through(system, trial.t, [&place, &trial.q])?;
+                return Ok(if passes { Err(Failure::PassedThrough) } else { solved });
             }
             let length = self.shorten(system, trial, counters)?;
             if length < SHORT {
@@ -158,8 +161,7 @@ impl<V: Numbers> Corrector<V> {
             }
             trial.set(&self.start);
             trial.subtract(&self.increment);
-            let way = [(trial.t, &place[..]), (trial.t, &trial.q[..])];
-            if have_tunnelled(model_at(system, trial.t)?, way.into_iter(), Radius::Smaller)? {
+            if passes_through(system, trial.t, [&place, &trial.q])? {
                 length *= 0.5;
                 continue;
             }
@@ -174,6 +176,15 @@ impl<V: Numbers> Corrector<V> {
         self.evaluate_residual(system, trial, counters)?;
         Ok(0.0)
     }
+}
+
+/// Whether surfaces pass through each other between two shapes at a time.
+fn passes_through<S: SecondOrderSystem + ?Sized>(
+    system: &mut S,
+    t: f64,
+    shapes: [&[f64]; 2],
+) -> Result<bool, Interrupted> {
+    have_tunnelled(model_at(system, t)?, shapes.into_iter().map(|q| (t, q)), Radius::Smaller)
 }
 
 /// Sets a trial to the shape that goes on with the rates of the last step, or to that at the start of the step, if nothing passes through a surface on
