@@ -75,11 +75,11 @@ impl RefinedModes {
             _ if unresolved.len() == resolved.len() - first => {
                 format!("The first {first} frequencies are resolved")
             }
-            _ => format!(
-                "{} of {} frequencies are resolved",
-                resolved.len() - unresolved.len(),
-                resolved.len()
-            ),
+            // Decays, which are not judged, may be among the others.
+            _ => {
+                let all = resolved.len();
+                return format!("Of {all} frequencies these change {by}: {}{others}.", named.join(", "));
+            }
         };
         format!("{which}; the following change {by}: {}{others}.", named.join(", "))
     }
