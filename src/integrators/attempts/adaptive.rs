@@ -11,6 +11,11 @@ use crate::model::Excitation;
 /// tenfold at once, so that several attempts may be needed.
 pub(crate) const MAX_INVALID_ATTEMPTS: usize = 5;
 
+/// Largest growth after a step whose equations could first not be solved: dry friction and impacts limit steps by the convergence of the
+/// iterations, not by errors, so that a step grown tenfold would fail again three times. Of factors from 1 to 10 the cheapest for chains with
+/// dry friction and with joint limits (`benches/python/accuracy/cost.py`).
+const LARGEST_GROWTH_AFTER_FAILURE: f64 = 3.0;
+
 /// Smallest step, in spacings of floating-point numbers (as in SciPy).
 const SMALLEST_STEP_IN_SPACINGS: f64 = 10.0;
 
@@ -69,6 +74,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
     let end = end_of_step(t, t_end, horizon);
     let mut wanted = wanted.clamp(smallest.min(largest), largest);
     let (mut again, mut invalid, mut failure) = (false, 0, Failure::NotConverged);
+    let mut largest_growth = f64::INFINITY;
     loop {
         let is_last = t + wanted * (1.0 + ROUNDING_OF_STEPS) >= end;
         if wanted.is_nan() || wanted < smallest && (again || !is_last) {
@@ -80,6 +86,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
         (failure, again) = (Failure::NotConverged, true);
         wanted = match tried {
             Tried::Good(factor) => {
+                let factor = factor.min(largest_growth);
                 let (ends, unilateral) = stepper.tried();
                 let kind =
                     Kind::Adaptive { bends: A::BENDS, is_judged: A::BENDS && invalid < MAX_INVALID_ATTEMPTS };
@@ -107,6 +114,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
             }
             Tried::Unsolved(found) => {
                 stepper.counters().unsolved += 1;
+                largest_growth = LARGEST_GROWTH_AFTER_FAILURE;
                 failure = found;
                 A::FAILED_STEP_FACTOR * h
             }

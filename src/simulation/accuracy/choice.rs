@@ -59,6 +59,11 @@ impl Choice {
                 reason: reason.to_owned(),
             };
         }
+        if !slowest.is_finite() && facts.has_contact {
+            // Explicit steps reject every other step at impacts, and become short where bodies rest on each other.
+            let reason = "Method: radau, because contacts are stiff.".to_owned();
+            return Self { reason, ..Self::implicit() };
+        }
         if !slowest.is_finite() {
             let reason = "Method: dop853, because nothing in the model is stiff.".to_owned();
             let may_be_stiff = facts.has_one_sided_forces || facts.has_dry_friction;

@@ -4,7 +4,7 @@
 use super::missing::{by_nodes, finer};
 use super::paths::{distances, largest};
 use super::request::Request;
-use super::run::{FIRST_TOLERANCE, Plan, Run};
+use super::run::{Plan, Run, first_tolerance};
 use super::time::TIGHTENING;
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
@@ -36,6 +36,9 @@ const DECISIVE_FACTOR: f64 = 0.3;
 
 /// Change by additional nodes that requires them, relative to the requested accuracy.
 const CHANGE_THAT_NEEDS_NODES: f64 = 0.3;
+
+/// A space error above what was asked that forces and linear responses explain to this part needs no second run of the finer model.
+const EXPLAINED_PART: f64 = 0.5;
 
 /// Adds the space error to a run, or the reason why it is unknown. If the bound by forces is larger than what was
 /// asked, simulates a finer model, with the method that suits that model, only as accurately as needed to distinguish errors
@@ -71,6 +74,12 @@ pub(super) fn add_error<M: Model + Clone>(
         add_space_error(run, error, wanted);
         return Ok(());
     }
+    if let Some(error) = finer.estimate.beyond(wanted, late) {
+        add_space_error(run, error, wanted);
+        return Ok(());
+    }
+    // Without what wrong frequencies may add.
+    let shown = finer.estimate.bound(0.0);
     let Some(mut model) = finer.model.take() else {
         return unknown(run, "with more modes the model would be too large");
     };
@@ -80,7 +89,7 @@ pub(super) fn add_error<M: Model + Clone>(
     let part =
         run.simulation.statistics.time_error.map_or(1.0, |error| error / run.tolerance).max(SMALLEST_ERROR);
     let tightest = run.tolerance.min(TIGHTEST * wanted);
-    let fit = (NEGLIGIBLE * wanted / part).min(FIRST_TOLERANCE * wanted).max(tightest);
+    let fit = (NEGLIGIBLE * wanted / part).min(first_tolerance(plan.model.facts()) * wanted).max(tightest);
     let is_large = finer.estimate.bound(late).is_none_or(|bound| TYPICAL_ERROR * bound > COARSE_TOLERANCE);
     let shows = (finer.estimate.finds / (SIGNIFICANT_FACTOR * part)).min(LOOSEST);
     let mut tolerance = fit.max(shows).max(if is_large { COARSE_TOLERANCE } else { 0.0 });
@@ -98,7 +107,8 @@ pub(super) fn add_error<M: Model + Clone>(
         }
         let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
         let error = finer.estimate.error(apart);
-        if error <= wanted || apart > SIGNIFICANT_FACTOR * part * tolerance || tolerance <= tightest {
+        let is_explained = shown.is_some_and(|shown| shown >= EXPLAINED_PART * error);
+        if error <= wanted || is_explained || apart > SIGNIFICANT_FACTOR * part * tolerance || tolerance <= tightest {
             break error;
         }
         tolerance = if tolerance > fit { fit } else { (tolerance / TIGHTENING).max(tightest) };

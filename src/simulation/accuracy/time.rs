@@ -1,7 +1,7 @@
 //! Error of the time steps, measured by pairs of runs and reduced to the requested accuracy.
 
 use super::paths::{distances, grows, largest, range};
-use super::run::{FIRST_TOLERANCE, Plan, Run};
+use super::run::{Plan, Run, first_tolerance};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::simulation::simulate::Status;
@@ -10,7 +10,7 @@ use crate::simulation::simulate::Status;
 pub(super) const TIGHTENING: f64 = 5.0;
 
 /// The same for motions with impacts: at similar tolerances the steps of free flights are the same, and so is the error of impacts.
-const TIGHTENING_AT_IMPACTS: f64 = 25.0;
+const TIGHTENING_AT_IMPACTS: f64 = 10.0;
 
 /// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
 /// `SMALLEST_FACTOR`.
@@ -69,7 +69,8 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Run, InvalidInput> {
     let wanted = plan.request.rtol;
-    let (mut tolerance, mut longest_step) = (FIRST_TOLERANCE * wanted, f64::INFINITY);
+    let first = first_tolerance(plan.model.facts()) * wanted;
+    let (mut tolerance, mut longest_step) = (first, f64::INFINITY);
     let mut previous: Option<Looser> = None;
     let has_order = !plan.model.facts().has_one_sided_forces;
     let tightening = if has_order { TIGHTENING } else { TIGHTENING_AT_IMPACTS };
@@ -81,7 +82,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         if !run.is_success() {
             if plan.switches(&run) {
                 (previous, runs, longest_step) = (None, 0, f64::INFINITY);
-                tolerance = FIRST_TOLERANCE * wanted;
+                tolerance = first;
                 continue;
             }
             if tolerance > RETRY_TOLERANCE * wanted && !run.simulation.status.is_interrupted() && runs < RUNS
@@ -100,6 +101,10 @@ pub(super) fn to_accuracy<M: Model + Clone>(
             // run, which is then far more accurate, except with impacts: then this run is repeated.
             let follows = has_looked || plan.follows(&run);
             if follows || has_order {
+                if has_order && plan.model.facts().has_dry_friction {
+                    // Newton's method limits these steps, not the tolerance: the next run would have as many, and be repeated.
+                    longest_step = longest_of_gain(plan, run.steps());
+                }
                 previous = Some(run.into());
                 tolerance = (tolerance / tightening).max(SMALLEST_RUN_TOLERANCE);
             }
@@ -116,20 +121,13 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         }
         if gain < LEAST_GAIN && runs < RUNS {
             // Steps limited by something other than the tolerance have the same errors in both runs.
-            longest_step = plan.duration() / looser.steps * integrator.shorter(1.0 / ENOUGH_GAIN);
+            longest_step = longest_of_gain(plan, looser.steps);
             previous = Some(looser);
             continue;
         }
         let error = error(plan, &run, &looser, gain);
-        let is_met = error <= wanted;
-        if is_met || runs >= RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
-            run.simulation.statistics.time_error = Some(error);
-            run.simulation.message = if is_met {
-                format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")
-            } else {
-                run.simulation.status = Status::AccuracyNotReached;
-                not_reached(wanted, runs, error)
-            };
+        if error <= wanted || runs >= RUNS || tolerance <= SMALLEST_RUN_TOLERANCE || !error.is_finite() {
+            conclude(&mut run, wanted, runs, error);
             return Ok(run);
         }
         // The next run is compared with this one, whose error is smaller than the estimate by this gain; with impacts the gain is
@@ -143,6 +141,22 @@ pub(super) fn to_accuracy<M: Model + Clone>(
         previous = Some(run.into());
         tolerance = (tolerance * factor).max(SMALLEST_RUN_TOLERANCE);
     }
+}
+
+/// Longest step of a run that gains enough over one of this number of steps.
+fn longest_of_gain<M: Model + Clone>(plan: &Plan<'_, M>, steps: f64) -> f64 {
+    plan.duration() / steps * plan.choice.integrator.shorter(1.0 / ENOUGH_GAIN)
+}
+
+/// Adds the estimated error to the run that is returned, with a message and, if it is too large, a status.
+fn conclude(run: &mut Run, wanted: f64, runs: usize, error: f64) {
+    run.simulation.statistics.time_error = Some(error);
+    run.simulation.message = if error <= wanted {
+        format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")
+    } else {
+        run.simulation.status = Status::AccuracyNotReached;
+        not_reached(wanted, runs, error)
+    };
 }
 
 fn not_reached(wanted: f64, runs: usize, error: f64) -> String {
