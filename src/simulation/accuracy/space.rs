@@ -108,7 +108,11 @@ pub(super) fn add_error<M: Model + Clone>(
         let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
         let error = finer.estimate.error(apart);
         let is_explained = shown.is_some_and(|shown| shown >= EXPLAINED_PART * error);
-        if error <= wanted || is_explained || apart > SIGNIFICANT_FACTOR * part * tolerance || tolerance <= tightest {
+        if error <= wanted
+            || is_explained
+            || apart > SIGNIFICANT_FACTOR * part * tolerance
+            || tolerance <= tightest
+        {
             break error;
         }
         tolerance = if tolerance > fit { fit } else { (tolerance / TIGHTENING).max(tightest) };
