@@ -126,6 +126,10 @@ pub trait InImpact: InContact {
     /// fraction of the last increment. `None` selects exact tangents.
     fn follow_friction(&mut self, length: Option<f64>);
 
+    /// Holds the normal forces of friction along rods at those of the state evaluated last, or takes those that act again. Held friction
+    /// has a potential of the velocities.
+    fn hold_friction(&mut self, holds: bool);
+
     /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to the given motion is too hard
     /// for the step.
     fn has_unresolved_impact(&mut self, before: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool;

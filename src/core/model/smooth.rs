@@ -206,6 +206,8 @@ impl<M: Smooth> InImpact for M {
 
     fn follow_friction(&mut self, _length: Option<f64>) {}
 
+    fn hold_friction(&mut self, _holds: bool) {}
+
     fn has_unresolved_impact(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false
     }

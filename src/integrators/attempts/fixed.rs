@@ -139,14 +139,9 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
         // 1. To the nearby equilibrium.
         let Err(failure) = self.part(t_new, h, Memory::Kept)? else { return Ok(Ok(())) };
         // 2. To the one downhill, where contacts begin (`test_catheters_end_each_step_in_equilibrium`); chains of hinges that snap
-        // take twice the work so. Dry friction has kinks at which increments end: of catheters with friction, one step in five would
-        // be solved, and all together take a fifth longer. What damps strains holds them in short parts.
+        // take twice the work so. What damps strains holds them in short parts.
         let facts = self.system.facts();
-        if facts.has_contact
-            && !facts.has_dry_friction
-            && !facts.has_retardation
-            && self.downhill(t_new, h)?.is_ok()
-        {
+        if facts.has_contact && !facts.has_retardation && self.downhill(t_new, h)?.is_ok() {
             return Ok(Ok(()));
         }
         // 3. In parts.

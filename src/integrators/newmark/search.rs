@@ -9,6 +9,9 @@
 /// Largest remaining work beyond the minimum, relative to that at the start (Matthies and Strang 1979, section 5).
 const LARGEST_REMAINING_WORK: f64 = 0.5;
 
+/// Work up to this multiple of that at the start is taken for that of a potential that still falls.
+const MOST_WORK: f64 = 2.0;
+
 /// A length that is too long is multiplied by a factor between one minus this and this.
 const LARGEST_LENGTH_FACTOR: f64 = 0.9;
 
@@ -37,6 +40,11 @@ impl Search {
     /// Whether a length with this remaining work is accepted.
     pub(super) fn is_done(&self, work: f64) -> bool {
         self.has_minimum() && (-LARGEST_REMAINING_WORK * self.work..=self.work).contains(&work)
+    }
+
+    /// Whether a potential falls faster with this work than at the start, but not so much faster that the length may lead beyond a ridge.
+    pub(super) fn still_falls(&self, work: f64) -> bool {
+        self.has_minimum() && work > self.work && work <= MOST_WORK * self.work
     }
 
     /// The next length after one that is not accepted: the zero of the work by linear interpolation.

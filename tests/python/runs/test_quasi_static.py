@@ -274,8 +274,8 @@ def test_what_has_no_meaning_without_inertia_is_refused():
         lissom.sensitivity(crank(1.0), 1.0, ["q0"], dt=0.1, method="quasi_static")
 
 
-def test_catheters_end_each_step_in_equilibrium():
-    """Where contacts begin all along a soft catheter that lies down in a bent vessel and is fed."""
+def catheter(friction, speed=0.2):
+    """A soft catheter of 0.24 m that lies down in a bent vessel and is fed with a speed in m/s."""
     x = np.linspace(0.0, 0.25, 40)
     bends = 0.015 * np.sin(x / 0.25 * 5 * np.pi) * np.minimum(1, x / 0.06)
     points = np.column_stack([x, bends, 0.008 * np.cos(x / 0.04) * np.minimum(1, x / 0.08)])
@@ -289,14 +289,41 @@ def test_catheters_end_each_step_in_equilibrium():
         poisson_ratio=0.33,
         density=6450,
     )
-    feed = lissom.Prismatic((1, 0, 0), motion=([0, 1], [0.0, 0.2], "linear"))
+    feed = lissom.Prismatic((1, 0, 0), motion=([0, 0.2 / speed], [0.0, 0.2], "linear"))
     link = lissom.Link("catheter", joint=feed, rod=[part] * 4, position=(-0.24, *points[0, 1:]))
-    robot = lissom.Robot(
-        [link], gravity=(0, 0, -9.81), contacts=[lissom.Contact("catheter", vessel, friction=0.0)]
-    )
+    wall = lissom.Contact("catheter", vessel, friction=friction)
+    return lissom.Robot([link], gravity=(0, 0, -9.81), contacts=[wall])
+
+
+def test_catheters_end_each_step_in_equilibrium():
+    """Where contacts begin all along a catheter."""
+    robot = catheter(0.0)
     motion = lissom.simulate(robot, 0.12, dt=0.01, method="quasi_static")
     assert motion.success
     for t, q in zip(motion.t[1:], motion.q[1:], strict=True):
         rest = lissom.statics(robot, q, t=t, space_error=False)
         assert rest.success
         assert np.abs(rest.q - q).max() < 1e-3 * np.abs(q).max(), t
+
+
+def test_catheters_with_friction_go_downhill():
+    """Friction held at the normal forces of one equilibrium finds the next one, without parts that have inertia."""
+    # So slow that the inertia in the joint's wrench is nothing beside friction.
+    robot = catheter(0.1, speed=0.01)
+    motion = lissom.simulate(robot, 2.4, dt=0.2, method="quasi_static")
+    assert motion.success
+    assert "no equilibrium is near" not in motion.message
+    assert motion.stats.newton_iterations < 200 * 12
+    # In each step forces balance: what pushes the base along x is what walls and their friction push back.
+    for t, q, v in zip(motion.t[2:], motion.q[2:], motion.v[2:], strict=True):
+        pushed = robot.joint_wrench("catheter", q, v, 0.0 * v, t=t)[3]
+        touches = robot.touches(q, v, t=t)
+        along = sum(touch.force[0] for touch in touches)
+        normal = sum(abs(touch.force @ touch.normal) for touch in touches)
+        assert abs(pushed + along) < 1e-3 * normal
+        sliding = [touch.force - (touch.force @ touch.normal) * touch.normal for touch in touches]
+        assert max(np.linalg.norm(s) for s in sliding) <= 0.1 * normal
+    finer = lissom.simulate(robot, 2.4, dt=0.1, method="quasi_static")
+    assert finer.success
+    ends = [robot.pose(run.q[-1], 0.24, link="catheter", t=2.4)[:3, 3] for run in (motion, finer)]
+    assert np.linalg.norm(ends[0] - ends[1]) < 0.01 * 0.24

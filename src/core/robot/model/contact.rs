@@ -172,6 +172,11 @@ impl InImpact for RobotModel {
         on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
     }
 
+    fn hold_friction(&mut self, holds: bool) {
+        self.cached.forget();
+        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_friction(holds));
+    }
+
     fn has_unresolved_impact(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {
         // Forces have just been computed in a shape close by.
         let is_apart = on_sweeps!(&self.sweeps, sweeps => sweeps.is_known_apart());

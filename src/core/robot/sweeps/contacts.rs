@@ -184,6 +184,12 @@ impl<G: Turning> Sweeps<G> {
         followed.length = length;
     }
 
+    /// Holds the normal forces of friction along rods at those of the motion evaluated last, or takes those that act again.
+    pub(crate) fn hold_friction(&mut self, holds: bool) {
+        self.work.effects.contact.hold_friction(holds);
+        self.forget_touches();
+    }
+
     /// Whether nothing touches in the motion evaluated last.
     pub(crate) fn is_known_apart(&self) -> bool {
         self.work.motion_is_known && self.work.effects.contact.touches.is_empty()

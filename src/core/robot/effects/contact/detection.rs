@@ -99,6 +99,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             touches,
             stiffest,
             grown,
+            held,
             up_to,
             weights,
             polynomials,
@@ -122,6 +123,7 @@ impl<G: Turning> Sweep for Find<'_, G> {
             poses,
             stiffest,
             grown,
+            held: held.as_deref(),
         };
         let mut found = Found { touches, up_to, weights, polynomials };
         for (p, pair) in plan.effects.contacts.pairs.iter().enumerate() {

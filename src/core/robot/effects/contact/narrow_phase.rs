@@ -20,7 +20,7 @@ use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
 use crate::robot::effects::contact::shapes::touch::{ContactPoint, Law};
 use crate::robot::effects::contact::shapes::tube::Tube;
-use crate::robot::effects::contact::state::{Share, SidePlace, Span, Term, Touch};
+use crate::robot::effects::contact::state::{Held, Share, SidePlace, Span, Term, Touch};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -79,6 +79,7 @@ pub(super) struct Scene<'a, G: Turning> {
     pub(super) stiffest: &'a [f64],
     /// Distance by which the obstacle of every pair is larger.
     pub(super) grown: &'a [f64],
+    pub(super) held: Option<&'a [Held]>,
 }
 
 /// Destination of the contact points.
@@ -781,6 +782,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             thickness,
             motions,
             axis,
+            held: self.held.and_then(|held| Held::at(held, p, on, weight)),
         };
         let contact_force = contact_point.contact_force();
         found.touches.push(Touch { pair: p, sides, centres, share, contact_point, contact_force });

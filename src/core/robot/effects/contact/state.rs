@@ -56,6 +56,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) stiffest: Vec<f64>,
     /// Distance by which the obstacle of every pair is larger, metres: zero unless contacts are softened.
     pub(crate) grown: Vec<f64>,
+    /// Normal forces of friction along rods, in the order of pairs, curves and places; `None` for those that act.
+    pub(crate) held: Option<Vec<Held>>,
     /// Contact points; the memory suffices for the maximum number.
     pub(crate) touches: Vec<Touch>,
     /// Whether there have been contact points since the last query.
@@ -176,6 +178,44 @@ impl Touch {
     }
 }
 
+/// The normal force with which friction is held at a place along a rod.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Held {
+    /// Indices of the pair and of the first side's curve, and position along this curve.
+    of: [usize; 2],
+    x: f64,
+    /// Normal force over the contact point's fraction of the stiffness, newtons.
+    pressing: f64,
+}
+
+impl Held {
+    fn of(touch: &Touch) -> Option<Self> {
+        let SidePlace::Along { curve, x } = touch.sides[0] else { return None };
+        let pressing = touch.contact_force.normal_force / touch.contact_point.weight;
+        Some(Self { of: [touch.pair, curve], x, pressing })
+    }
+
+    /// The normal force at a contact point of this pair and first side: between places by linear interpolation, beyond the outermost
+    /// ones theirs, and zero where the curve did not touch. `None` beside a rod, where it is not held.
+    pub(super) fn at(held: &[Self], pair: usize, on: SidePlace, weight: f64) -> Option<f64> {
+        let SidePlace::Along { curve, x } = on else { return None };
+        let first = held.partition_point(|held| held.of < [pair, curve]);
+        let held = &held[first..];
+        let held = &held[..held.partition_point(|held| held.of == [pair, curve])];
+        let next = held.partition_point(|held| held.x < x);
+        let pressing = match (next.checked_sub(1).map(|before| held[before]), held.get(next)) {
+            (Some(before), Some(after)) => {
+                let part = (x - before.x) / (after.x - before.x);
+                before.pressing + part * (after.pressing - before.pressing)
+            }
+            (Some(nearest), None) => nearest.pressing,
+            (None, Some(nearest)) => nearest.pressing,
+            (None, None) => 0.0,
+        };
+        Some(weight * pressing)
+    }
+}
+
 /// A place of the rule that integrates over an interval of a rod.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Share {
@@ -243,6 +283,7 @@ impl<P> Default for ContactState<P> {
             laid_aside: None,
             stiffest: Vec::new(),
             grown: Vec::new(),
+            held: None,
             touches: Vec::new(),
             has_touched: false,
             first_along: Vec::new(),
@@ -280,6 +321,15 @@ impl<P> ContactState<P> {
         if self.laid_aside.is_none() {
             self.laid_aside = Some(std::mem::take(&mut self.touches));
         }
+    }
+
+    /// Holds the normal forces of friction along rods at those of the contact points, or takes those that act again.
+    pub(crate) fn hold_friction(&mut self, holds: bool) {
+        self.held = holds.then(|| {
+            let mut held: Vec<Held> = self.touches.iter().filter_map(Held::of).collect();
+            held.sort_by(|a, b| a.of.cmp(&b.of).then(a.x.total_cmp(&b.x)));
+            held
+        });
     }
 
     /// Takes them back.
@@ -325,6 +375,7 @@ impl<P: Lanes> ContactState<P> {
             laid_aside: None,
             stiffest: vec![f64::INFINITY; contacts.pairs.len()],
             grown: vec![0.0; contacts.pairs.len()],
+            held: None,
             touches: Vec::with_capacity(contacts.capacity),
             has_touched: false,
             first_along: vec![None; packs],
