@@ -399,10 +399,7 @@ def facets(points, number, thickness):
         way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(wall, axis=0), axis=1))]
         stations = np.linspace(0.0, way[-1], number + 1)
         ends = np.column_stack([np.interp(stations, way, each) for each in wall.T])
-        yield from (
-            lissom.Capsule(tuple(start), tuple(end), thickness)
-            for start, end in pairwise(ends)
-        )
+        yield from (lissom.Capsule(tuple(start), tuple(end), thickness) for start, end in pairwise(ends))
 
 
 @pytest.mark.parametrize("number", [50, 100])
