@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -386,6 +388,48 @@ def test_a_catheter_in_five_bends_is_an_elastica_between_two_walls():
     assert_allclose(ends, shapes[0][1:], atol=2e-5)
     overlap = energies(best.x, line, along)[bars:] / np.sqrt(WALL * bar)
     assert WALL * bar * overlap.sum() == pytest.approx(forces[0], rel=0.01)
+
+
+def facets(points, number, thickness):
+    """Capsules in the plane that are both walls of a vessel: chords of the curves beside its centre line."""
+    line, along = centre_line(points, 20001)
+    across = np.column_stack([-along[:, 2], 0 * along[:, 0], along[:, 0]])
+    for side in (1, -1):
+        wall = line + side * (RADIUS + CLEARANCE + thickness) * across
+        way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(wall, axis=0), axis=1))]
+        stations = np.linspace(0.0, way[-1], number + 1)
+        ends = np.column_stack([np.interp(stations, way, each) for each in wall.T])
+        yield from (lissom.Capsule(tuple(start), tuple(end), thickness) for start, end in pairwise(ends))
+
+
+@pytest.mark.parametrize("number", [50, 100])
+def test_a_vessel_of_five_bends_is_that_of_many_capsules(number):
+    """Within what the facets of the capsules cut off or add."""
+    points, thickness, stiffness = five_bends(), 2e-3, 1e7
+    young = 4 * BENDING / (np.pi * RADIUS**4)
+    segment = lissom.Segment(LONG / 12, RADIUS, young, young / 2.6, 1000.0, modes={"bend_y": 3})
+    walls = {"tube": [lissom.Tube(points, RADIUS + CLEARANCE)], "capsules": facets(points, number, thickness)}
+    shapes, forces = {}, {}
+    for kind, shape in walls.items():
+        contacts = [
+            lissom.Contact("rod", each, stiffness=stiffness, name=f"wall {k}") for k, each in enumerate(shape)
+        ]
+        rod = lissom.Link("rod", rod=[segment] * 12)
+        robot = lissom.Robot([rod], contacts=contacts, gravity=(0, 0, 0))
+        start = robot.coordinates_of(first(centre_line(points, 501)[0], LONG))
+        found = lissom.statics(robot, start.q)
+        assert found.success, found.message
+        shapes[kind] = robot.pose(found.q, np.linspace(0.0, LONG, 241), link="rod")[:, :3, 3]
+        forces[kind] = sum(touch.force @ touch.normal for touch in robot.touches(found.q))
+    # Height of the arc over a chord, where the vessel bends most.
+    line, along = centre_line(points, 20001)
+    way = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    bend = (np.linalg.norm(np.diff(along, axis=0), axis=1) / way).max()
+    facet = bend * (way.sum() / number) ** 2 / 8
+    assert facet < 0.15 * CLEARANCE
+    # The rod touches corners: between two of them it may be off by as much again.
+    assert_allclose(shapes["capsules"], shapes["tube"], atol=2 * facet)
+    assert forces["capsules"] == pytest.approx(forces["tube"], rel=facet / CLEARANCE)
 
 
 def guided(kind, seed):
