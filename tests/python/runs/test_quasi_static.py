@@ -307,7 +307,7 @@ def test_catheters_end_each_step_in_equilibrium():
 
 
 def test_catheters_with_friction_go_downhill():
-    """Friction held at the normal forces of one equilibrium finds the next one, without parts that have inertia."""
+    """Friction held at the forces of one equilibrium finds the next one, without parts that have inertia."""
     # So slow that the inertia in the joint's wrench is nothing beside friction.
     robot = catheter(0.1, speed=0.01)
     motion = lissom.simulate(robot, 2.4, dt=0.2, method="quasi_static")
