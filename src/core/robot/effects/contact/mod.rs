@@ -12,6 +12,7 @@
 pub(crate) mod advice;
 mod bore;
 pub(crate) mod broad_phase;
+pub(crate) mod clearance;
 pub(crate) mod compile;
 pub(crate) mod curve;
 pub mod described;

@@ -47,7 +47,11 @@ pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) 
         for &corner in &work.effects.contact.corners[*first_corner..][..corners.len()] {
             middle += corner * (corners.len() as f64).recip();
         }
-        let depth = -narrow_phase::placed(plan, &work.effects.contact.poses, solid).distance(middle).value;
+        let solid = narrow_phase::placed(plan, &work.effects.contact.poses, solid);
+        if solid.is_certainly_beyond(middle, 0.0) {
+            return None;
+        }
+        let depth = -solid.distance(middle).value;
         (depth > 0.0).then_some((pair.contact, thickness + depth))
     })
 }
