@@ -567,9 +567,7 @@ def test_deep_places_are_found_in_time(height, depth):
 def cost_beside(shape, *, modes=1, seconds=0.05, repeats=3):
     """Processor time of a rod in the air with this shape far away, over that without."""
     names = ("torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z")
-    segment = lissom.Segment(
-        0.15, 0.01, 1e6, 4e5, 1000.0, dict.fromkeys(names, modes), retardation_time=0.01
-    )
+    segment = lissom.Segment(0.15, 0.01, 1e6, 4e5, 1000.0, dict.fromkeys(names, modes), retardation_time=0.01)
     links = [lissom.Link("rod", rod=[segment] * 2)]
     robots = [lissom.Robot(links), lissom.Robot(links, contacts=[lissom.Contact("rod", shape)])]
     times = [[], []]
@@ -582,7 +580,7 @@ def cost_beside(shape, *, modes=1, seconds=0.05, repeats=3):
 
 
 def test_ground_that_nothing_reaches_costs_hardly_anything():
-    """Distances from 3600 cells are not searched for: by their nearest places they cost 1000 times the rest of the run."""
+    """Distances from 3600 cells are not searched for, which costs 1000 times the rest of the run."""
     heights = 0.2 * np.random.default_rng(0).normal(size=(60, 60)) - 5.0
     assert cost_beside(lissom.HeightField(heights, (4 / 60, 4 / 60), (-2, -2, 0))) < 2.0
 

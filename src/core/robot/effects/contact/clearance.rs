@@ -6,8 +6,9 @@
 //! shifts by at most b moves by `(a l + b) exp(2 a)` at most (Gronwall's inequality along the straight path of coordinates).
 
 use crate::numerics::lie::{LANES, Lanes as _, Vector};
-use crate::robot::effects::contact::detection;
+use crate::robot::effects::contact::bounds::{LARGEST_RADIUS, stretched};
 use crate::robot::effects::contact::plan::{Contacts, Curve, Mobility};
+use crate::robot::effects::contact::state::Clearance;
 use crate::robot::plan::Plan;
 use crate::robot::plan::piece::PiecePlan;
 use crate::robot::plan::space::Space;
@@ -18,47 +19,30 @@ use crate::robot::turning::Turning;
 /// that are not all positive.
 const ABOVE_INTEGRALS: f64 = 2.0;
 
-/// A shape in which nothing is near.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Clearance {
-    /// Its coordinates; empty if none is known.
-    of: Vec<f64>,
-    /// Smallest gap between a ball around a curve and a solid, metres; and the longest lever of a coordinate.
-    gap: f64,
-    lever: f64,
+/// Stores the shape whose kinematics are up to date, with its gap.
+#[inline(never)]
+pub(super) fn store<G: Turning>(clearance: &mut Clearance, plan: &Plan<G>, work: &Workspace<G>, gap: f64) {
+    clearance.of.clear();
+    clearance.of.extend_from_slice(&work.kinematics_of);
+    clearance.gap = gap;
+    clearance.lever = 2.0 * extent(plan, work);
 }
 
-impl Clearance {
-    /// Marks it as unknown.
-    pub(crate) fn forget(&mut self) {
-        self.of.clear();
-    }
+/// Whether nothing is near in another shape either.
+pub(super) fn covers<G: Space>(clearance: &Clearance, contacts: &Contacts<G>, q: &[f64]) -> bool {
+    // Coordinates that are no numbers are not near to anything.
+    clearance.of.len() == q.len() && !q.is_empty() && displacement(clearance, contacts, q) < clearance.gap
+}
 
-    /// Stores the shape whose kinematics are up to date, with its gap.
-    #[inline(never)]
-    pub(super) fn store<G: Turning>(&mut self, plan: &Plan<G>, work: &Workspace<G>, gap: f64) {
-        self.of.clear();
-        self.of.extend_from_slice(&work.kinematics_of);
-        self.gap = gap;
-        self.lever = 2.0 * extent(plan, work);
+/// By how much balls around curves are displaced and grow up to another shape, at most.
+fn displacement<G: Space>(clearance: &Clearance, contacts: &Contacts<G>, q: &[f64]) -> f64 {
+    let [mut turn, mut shift] = [0.0; 2];
+    for &Mobility { coordinate, turn: turns, shift: shifts } in &contacts.mobilities {
+        let change = (q[coordinate] - clearance.of[coordinate]).abs();
+        turn += turns * change;
+        shift += shifts * change;
     }
-
-    /// Whether nothing is near in another shape either.
-    pub(super) fn covers<G: Space>(&self, contacts: &Contacts<G>, q: &[f64]) -> bool {
-        // Coordinates that are no numbers are not near to anything.
-        self.of.len() == q.len() && !q.is_empty() && self.displacement(contacts, q) < self.gap
-    }
-
-    /// By how much balls around curves are displaced and grow up to another shape, at most.
-    fn displacement<G: Space>(&self, contacts: &Contacts<G>, q: &[f64]) -> f64 {
-        let [mut turn, mut shift] = [0.0; 2];
-        for &Mobility { coordinate, turn: turns, shift: shifts } in &contacts.mobilities {
-            let change = (q[coordinate] - self.of[coordinate]).abs();
-            turn += turns * change;
-            shift += shifts * change;
-        }
-        (turn * self.lever + shift) * (2.0 * turn).exp()
-    }
+    (turn * clearance.lever + shift) * (2.0 * turn).exp()
 }
 
 /// Radius of a ball around the first station that contains all pieces.
@@ -69,7 +53,7 @@ fn extent<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> f64 {
         let within = if piece.hinge.is_some() || piece.packs == 0 {
             0.0
         } else {
-            detection::stretched(piece, work, piece.gauss.nodes.len()) * piece.length
+            stretched(piece, work, piece.gauss.nodes.len()) * piece.length
         };
         let ends = [piece.joined.begin, piece.joined.end].map(|station| place(station) - middle);
         ends.map(|way| way.dot(way).sqrt()).into_iter().fold(0.0, f64::max) + within
@@ -105,7 +89,11 @@ fn of_piece<G: Space>(plan: &Plan<G>, piece: &PiecePlan<G>) -> Vec<Mobility> {
                 coordinate: component.first + degree,
                 turn: if is_angular { whole } else { 0.0 },
                 // A stretched curve has a larger ball, too.
-                shift: if is_angular { 0.0 } else { whole + detection::LARGEST_RADIUS * largest * piece.length },
+                shift: if is_angular {
+                    0.0
+                } else {
+                    whole + LARGEST_RADIUS * largest * piece.length
+                },
             });
         }
     }
@@ -121,6 +109,7 @@ mod tests {
     use crate::numerics::lie::Spatial;
     use crate::robot::compile;
     use crate::robot::description::{Link, Robot};
+    use crate::robot::effects::contact::bounds::ball_around_ends;
     use crate::robot::effects::contact::{Contact, HalfSpace, Surface};
     use crate::robot::kernel::kinematics;
     use proptest::prelude::*;
@@ -170,17 +159,17 @@ mod tests {
             let mut balls = |q: &[f64]| {
                 kinematics::run(&plan, &mut work, q);
                 let mut clearance = Clearance::default();
-                clearance.store(&plan, &work, f64::INFINITY);
+                store(&mut clearance, &plan, &work, f64::INFINITY);
                 let curves = &plan.effects.contacts.curves;
                 let balls: Vec<_> =
-                    curves.iter().map(|curve| detection::ball_around_ends(&plan, &work, curve)).collect();
+                    curves.iter().map(|curve| ball_around_ends(&plan, &work, curve)).collect();
                 (clearance, balls)
             };
             let q = &start[..plan.n];
             let (clearance, before) = balls(q);
             let q: Vec<f64> = q.iter().zip(&change).map(|(q, d)| q + d * 10.0_f64.powi(-size)).collect();
             let (_, after) = balls(&q);
-            let most = clearance.displacement(&plan.effects.contacts, &q);
+            let most = displacement(&clearance, &plan.effects.contacts, &q);
             for ((centre, radius), (there, of_other)) in before.into_iter().zip(after) {
                 let way = there - centre;
                 prop_assert!(way.dot(way).sqrt() + of_other - radius <= most, "{most}");

@@ -1,22 +1,17 @@
 //! Contact detection: positions of surfaces, pairs that are close to each other, and contact points.
 
-use super::curve::{self, LONGER, expand};
+use super::bounds::{around_ends, ball_around_ends, stretch_of};
+use super::curve::{self, expand};
 use super::narrow_phase::{Found, Near, Scene, motion, placed};
 use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector, VectorSpace};
-use crate::robot::effects::contact::broad_phase;
 use crate::robot::effects::contact::plan::{Body, Curve, Fixed, Pair, Side};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
 use crate::robot::effects::contact::state::{ContactState, Span};
+use crate::robot::effects::contact::{broad_phase, clearance};
 use crate::robot::plan::Plan;
-use crate::robot::plan::piece::PiecePlan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
-
-/// Largest radius of the ball around both ends of a curve, as a part of its length ([`stretched`] times as long), and by how much that
-/// radius grows per slope.
-const HALF_LENGTH: f64 = 0.5;
-pub(super) const LARGEST_RADIUS: f64 = HALF_LENGTH * LONGER;
 
 /// Finds all contact points of a state whose motion is up to date: in the shape in which they were found last, only their forces change.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
@@ -40,7 +35,7 @@ pub(crate) fn is_known<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>
 
 /// Whether nothing is near in a shape, by its coordinates alone: it need not be that of the kinematics.
 pub(crate) fn is_clear<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, q: &[f64]) -> bool {
-    plan.world.motion.is_none() && state.clearance.covers(&plan.effects.contacts, q)
+    plan.world.motion.is_none() && clearance::covers(&state.clearance, &plan.effects.contacts, q)
 }
 
 /// Computes the positions of samples of curves, with their slopes, balls, bodies and solids in a shape, without contact points.
@@ -190,52 +185,10 @@ fn are_all_far<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut Cont
     if are_far {
         state.mark_apart();
         if gap.is_finite() && plan.world.motion.is_none() {
-            state.clearance.store(plan, work, gap);
+            clearance::store(&mut state.clearance, plan, work, gap);
         }
     }
     are_far
-}
-
-/// By which factor a piece is longer than without strain, at most, by the slopes at its nodes.
-#[inline(always)]
-pub(super) fn stretched<G: Turning>(piece: &PiecePlan<G>, work: &Workspace<G>, nodes: usize) -> f64 {
-    if !piece.is_extensible {
-        return 1.0;
-    }
-    let squares = work.slope[piece.node_packs()].iter().map(|slope| slope.dot(*slope));
-    let lanes = squares.flat_map(|squares| (0..LANES).map(move |lane| squares.lane(lane)));
-    LONGER * lanes.take(nodes).fold(0.0, f64::max).sqrt()
-}
-
-/// See [`around_ends`].
-#[inline(always)]
-pub(super) fn ball_around_ends<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    curve: &Curve<G::Pack>,
-) -> broad_phase::Ball {
-    around_ends(plan, work, curve, stretch_of(plan, work, curve))
-}
-
-/// The same of a curve.
-#[inline(always)]
-fn stretch_of<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, curve: &Curve<G::Pack>) -> f64 {
-    // Samples are the nodes and both ends.
-    stretched(&plan.pieces[curve.piece], work, curve.samples.len() - 2)
-}
-
-/// The ball around the middle of both ends of a curve: it is as far from both together as it is long at most.
-#[inline(always)]
-fn around_ends<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    curve: &Curve<G::Pack>,
-    stretched: f64,
-) -> broad_phase::Ball {
-    let joined = &plan.pieces[curve.piece].joined;
-    let [begin, end] =
-        [joined.begin, joined.end].map(|station| G::in_space(plan.frame, work.stations[station].position));
-    ((begin + end) * 0.5, HALF_LENGTH * stretched * curve.length + curve.thickest)
 }
 
 /// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.

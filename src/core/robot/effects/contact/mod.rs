@@ -11,6 +11,7 @@
 
 pub(crate) mod advice;
 mod bore;
+mod bounds;
 pub(crate) mod broad_phase;
 pub(crate) mod clearance;
 pub(crate) mod compile;

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::numerics::lie::{Geometry, LANES, Lanes, Scalar, Twist, Vector, Wrench};
-use crate::robot::effects::contact::clearance::Clearance;
 use crate::robot::effects::contact::plan::{Contacts, Curve, NODES, PLACES, WEIGHTS};
 use crate::robot::effects::contact::products::Products;
 use crate::robot::effects::contact::shapes::distance;
@@ -110,6 +109,23 @@ impl Cached {
         self.of.clear();
         self.of.extend_from_slice(q);
         self.is_pending = true;
+    }
+}
+
+/// A shape in which nothing is near (see `clearance`).
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Clearance {
+    /// Its coordinates; empty if none is known.
+    pub(super) of: Vec<f64>,
+    /// Smallest gap between a ball around a curve and a solid, metres; and the longest lever of a coordinate.
+    pub(super) gap: f64,
+    pub(super) lever: f64,
+}
+
+impl Clearance {
+    /// Marks it as unknown.
+    pub(crate) fn forget(&mut self) {
+        self.of.clear();
     }
 }
 
