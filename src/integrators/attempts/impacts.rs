@@ -268,7 +268,7 @@ impl Impacts {
         };
         let Largest { kinetic, .. } = self.of_rods;
         self.of_rods
-            .are_exceeded(lost, UNEXPLAINED_LOSS)
+            .are_exceeded(lost, LOSS_OF_RODS)
             .then(|| sentence(&losses, kinetic, dt, remedy, found))
     }
 

@@ -1,7 +1,7 @@
 //! Balls around curves, by the places of their ends and the slopes at their nodes.
 
 use super::curve::LONGER;
-use crate::numerics::lie::{LANES, Lanes as _, Vector};
+use crate::numerics::lie::{LANES, Lanes as _, VectorSpace as _};
 use crate::robot::effects::contact::broad_phase;
 use crate::robot::effects::contact::plan::Curve;
 use crate::robot::plan::Plan;

@@ -3,7 +3,7 @@
 use super::bounds::{around_ends, ball_around_ends, stretch_of};
 use super::curve::{self, expand};
 use super::narrow_phase::{Found, Near, Scene, motion, placed};
-use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector, VectorSpace};
+use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector};
 use crate::robot::effects::contact::plan::{Body, Curve, Fixed, Pair, Side};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::obstacle::Pose;
