@@ -267,8 +267,9 @@ impl Impacts {
             " Rods may give that back as waves, which would take too much work to see."
         };
         let Largest { kinetic, .. } = self.of_rods;
-        self.of_rods
-            .are_exceeded(lost, LOSS_OF_RODS)
+        // What would take too much work is doubted where resolved impacts were asked for.
+        let is_known = resolved.is_complete || remedy == Remedy::Bounded;
+        (is_known && self.of_rods.are_exceeded(lost, LOSS_OF_RODS))
             .then(|| sentence(&losses, kinetic, dt, remedy, found))
     }
 
