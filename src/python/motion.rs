@@ -131,6 +131,7 @@ impl PyMotionResult {
             mut message,
             doubt,
             deepest,
+            held: _,
         } = simulation;
         for slack in slack {
             message = format!("{message} {}", slack.sentence());

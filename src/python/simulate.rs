@@ -26,7 +26,7 @@ use crate::simulation::methods::{
     Auto, Configuration, Dop853, Integration, Jacobian, Newmark, QuasiStatic, Radau, Rk45,
 };
 use crate::simulation::simulate::{
-    Control, Simulation, Slack, add_overloads, creep, has_joint_friction, slackness,
+    Control, Simulation, Slack, add_overloads, creep, has_friction, slackness,
 };
 use crate::simulation::time_limit::TimeLimit;
 
@@ -559,7 +559,7 @@ fn run(
     };
     let raised = raised_by_control.into_result().and(raised.into_result());
     let is_looked_at = |model: &dyn Native| {
-        model.robot().is_some_and(|robot| !robot.actuators.is_empty() || has_joint_friction(robot))
+        model.robot().is_some_and(|robot| !robot.actuators.is_empty() || has_friction(robot))
     };
     let slack = moved.get().inspect(is_looked_at).then(|| {
         let mut model = moved.get().native();

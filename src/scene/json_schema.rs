@@ -93,6 +93,12 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             let one = of_kind(&Kind::Number, limits, found);
             json!({ "anyOf": [one, of_kind(&Kind::Array(&Kind::Number, *count), limits, found)] })
         }
+        Kind::AtRestOrEach(count) => {
+            let array = |count| Kind::Array(&Kind::Number, count);
+            let kinds = [Kind::Number, array(2), array(*count)];
+            let kinds: Vec<_> = kinds.iter().map(|kind| of_kind(kind, limits, found)).collect();
+            json!({ "anyOf": kinds })
+        }
         Kind::OneOrMany => {
             let one = of_kind(&Kind::Number, limits, found);
             json!({ "anyOf": [one, of_kind(&Kind::List(&Kind::Number), limits, found)] })

@@ -65,7 +65,7 @@ impl TimeLimit {
     pub fn judge(&self, simulation: &mut Simulation) {
         if self.is_reached && simulation.status.is_interrupted() {
             simulation.status = Status::TimeLimit;
-            simulation.message = self.message(simulation.t.last().copied());
+            simulation.message = self.message(simulation.t.last().copied()) + &simulation.held;
         }
     }
 

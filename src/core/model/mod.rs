@@ -49,7 +49,7 @@ pub use in_time::{Excitation, InTime};
 #[doc(hidden)]
 pub use invalid_shape::at_least;
 pub use invalid_shape::{Constraint, InvalidShape, Radius};
-pub use passing::{EnergySnapshot, GainCheck, Impact, Separation};
+pub use passing::{EnergySnapshot, GainCheck, Impact, STEPS_OF_AN_IMPACT, Separation};
 #[doc(hidden)]
 pub use passing::{have_missed, have_tunnelled, may_miss};
 pub use refinable::{MissingStrain, Refinable, RigidStretch};

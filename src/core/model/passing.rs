@@ -17,6 +17,9 @@ pub struct EnergySnapshot {
     pub supplied: f64,
 }
 
+/// Number of steps in an impact, which takes `pi / omega`, that return more than nine tenths of its energy.
+pub const STEPS_OF_AN_IMPACT: f64 = 20.0;
+
 /// An impact in a step that does not resolve it.
 #[derive(Clone, Copy, Debug)]
 pub struct Impact {
@@ -24,6 +27,9 @@ pub struct Impact {
     pub contact: usize,
     /// Energy in joules that the step has lost, as far as the contact would have given it back.
     pub lost: f64,
+    /// All of the energy in joules that the step has lost, what contacts and materials dissipate in it included: steps that stop rods let them
+    /// dissipate what waves would have given back.
+    pub whole: f64,
     /// Kinetic energy before it, in joules.
     pub kinetic: f64,
     /// Elastic energy after it, overlaps included, in joules.

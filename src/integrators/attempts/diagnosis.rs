@@ -1,10 +1,10 @@
 //! Diagnosis of attempted steps: contacts, stops and impacts that the solver of a step does not see.
 
-use super::impacts::{Impacts, Remedy};
+use super::impacts::{Impacts, Remedy, ResolvedLoss, StoppedImpact, StoppedImpacts};
 use crate::error::{Interrupted, Number, Time};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
-    CollidingParts, EnergySnapshot, Facts, ForwardScratch, GainCheck, InvalidShape, Model, Radius,
+    CollidingParts, EnergySnapshot, Facts, ForwardScratch, GainCheck, Impact, InvalidShape, Model, Radius,
     Separation, have_missed, have_tunnelled, may_miss,
 };
 use crate::numerics::hermite;
@@ -127,6 +127,7 @@ pub(crate) struct Unilateral {
     is_excited: bool,
     /// The impacts before the last step of fixed size.
     impacts_before: Impacts,
+    stopped: StoppedImpacts,
     /// Steps without inertia in which the shape has snapped to another one, and the end of the first of them.
     snaps: usize,
     first_snap: f64,
@@ -360,6 +361,7 @@ impl Unilateral {
     /// A step of fixed size begins.
     pub(super) fn begin_step(&mut self, h: f64) {
         self.impacts_before = self.impacts;
+        self.stopped.begin_step();
         (self.size, self.separation, self.is_excited) = (h, Separation::default(), false);
     }
 
@@ -418,8 +420,25 @@ impl Unilateral {
     /// the next step, which is therefore made without memory if it is [excited](Self::is_excited).
     pub(crate) fn resolve(&mut self, touches: bool) {
         self.impacts = self.impacts.without_losses_since(&self.impacts_before);
+        self.stopped.undo_step();
         (self.steps_without_memory, self.resumes, self.touches) = (1, true, touches);
         self.forget();
+    }
+
+    /// Records an impact of rods that a step has stopped. Allocates if the step before has not.
+    pub(super) fn record_stopped(&mut self, impact: &Impact, ends: &Ends<'_>) {
+        self.impacts.compare_rods(impact);
+        self.stopped.add(impact, (ends.t, self.size), ends.before());
+    }
+
+    /// The worst impact of rods that steps have stopped, if all that such impacts have lost would matter.
+    pub(crate) fn stopped_impact(&self) -> Option<&StoppedImpact> {
+        self.stopped.worst().filter(|stopped| self.impacts.may_doubt_rods(stopped))
+    }
+
+    /// Why the motion in steps of this size may be wrong, by what a motion loses that resolves [that impact](Self::stopped_impact).
+    pub(crate) fn doubt_of_rods(&self, dt: f64, remedy: Remedy, resolved: ResolvedLoss) -> Option<String> {
+        self.impacts.doubt_of_rods(dt, remedy, self.stopped_impact()?, resolved)
     }
 
     /// Records whether the step without inertia to this time ends in a stable equilibrium.

@@ -230,15 +230,20 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             false => unilateral.steps_without_memory.saturating_sub(1),
         };
         unilateral.follow_separation(model, &ends)?;
-        let impact = if unilateral.will_touch && unilateral.counts() {
+        let has_rods = model.facts().has_rods_in_contact;
+        let counts = unilateral.counts();
+        let impact = if unilateral.will_touch && (counts || has_rods) {
             let Ends { t: [_, t], h, .. } = ends;
-            model_at(self.system, t)?.impact(ends.before(), ends.after(), h).map(|impact| (t, impact))
+            model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
         } else {
             None
         };
-        match impact {
-            Some((t, impact)) => {
-                unilateral.impacts.count(t, &impact, knows_losses(self.system.facts()));
+        if let Some(impact) = impact.as_ref().filter(|_| has_rods) {
+            unilateral.record_stopped(impact, &ends);
+        }
+        match impact.filter(|_| counts) {
+            Some(impact) => {
+                unilateral.impacts.count(ends.t[1], &impact, knows_losses(self.system.facts()));
                 unilateral.forget();
             }
             // Surfaces that separate have still touched at its start, and many impacts that do not matter may matter together.

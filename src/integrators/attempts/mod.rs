@@ -28,7 +28,7 @@ mod impacts;
 pub(crate) use adaptive::{Adaptive, MAX_INVALID_ATTEMPTS, Sizes, Tried, adaptive_step};
 pub(crate) use diagnosis::{Diagnosis, Ends, Kind, Unilateral, matters};
 pub(crate) use fixed::{Fixed, Memory, fixed_step};
-pub(crate) use impacts::Remedy;
+pub(crate) use impacts::{Remedy, ResolvedLoss, StoppedImpact};
 
 use crate::error::Interrupted;
 use crate::integrators::second_order::SecondOrderSystem;

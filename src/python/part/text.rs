@@ -35,7 +35,9 @@ fn literal(value: &Value) -> String {
 fn default_of(field: &Field) -> Option<String> {
     let default = field.default.filter(|_| !field.is_required())?();
     match (&field.kind, default) {
-        (Kind::OneOrEach(_), Value::List(items)) if items.iter().all(|item| *item == items[0]) => {
+        (Kind::OneOrEach(_) | Kind::AtRestOrEach(_), Value::List(items))
+            if items.iter().all(|item| *item == items[0]) =>
+        {
             Some(literal(&items[0]))
         }
         (_, default) => Some(literal(&default)),
@@ -69,9 +71,11 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::Array(Kind::Array(..), _) => "NDArray[np.float64]".to_owned(),
         Kind::Array(items, count) => format!("tuple[{}]", vec![inner(items); *count].join(", ")),
         Kind::List(items) => format!("tuple[{}, ...]", inner(items)),
-        Kind::OneOrEach(_) | Kind::OneOrMany if is_argument => "ArrayLike".to_owned(),
+        Kind::OneOrEach(_) | Kind::AtRestOrEach(_) | Kind::OneOrMany if is_argument => "ArrayLike".to_owned(),
         Kind::OneOrMany => "float | tuple[float, ...]".to_owned(),
-        Kind::OneOrEach(count) => annotation(&Kind::Array(&Kind::Number, *count), false),
+        Kind::OneOrEach(count) | Kind::AtRestOrEach(count) => {
+            annotation(&Kind::Array(&Kind::Number, *count), false)
+        }
         Kind::Optional(kind) => format!("{} | None", inner(kind)),
         // One number stands for equal ones.
         Kind::OneOf(_, [each @ Kind::OneOrEach(_), word]) if !is_argument => {
@@ -123,6 +127,7 @@ fn words(kind: &Kind) -> String {
         Kind::List(Kind::List(_)) => "array_like, shape (k, l)".to_owned(),
         Kind::List(_) => "array_like, shape (k,)".to_owned(),
         Kind::OneOrEach(count) => format!("float or array_like, shape ({count},)"),
+        Kind::AtRestOrEach(count) => format!("float or array_like, shape (2,) or ({count},)"),
         Kind::OneOrMany => "float or array_like, shape (n,)".to_owned(),
         Kind::Optional(kind) => format!("{}, optional", words(kind)),
         Kind::OneOf(_, kinds) if base_of(kinds).is_some() => annotation(kind, true),

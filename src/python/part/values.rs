@@ -148,6 +148,14 @@ pub(super) fn value_of(
                 Err(PyValueError::new_err(format!("{name}: expected {count} values, got {found}")))
             }
         },
+        Kind::AtRestOrEach(count) => match convert::scalar_or_vector(object, name)? {
+            (values, true) => Ok(Value::Number(values[0])),
+            (values, false) if [2, *count].contains(&values.len()) => Ok(numbers(values)),
+            (values, false) => {
+                let found = values.len();
+                Err(PyValueError::new_err(format!("{name}: expected 2 or {count} values, got {found}")))
+            }
+        },
         Kind::OneOrMany => Ok(match convert::scalar_or_vector(object, name)? {
             (values, true) => Value::Number(values[0]),
             (values, false) => numbers(values),

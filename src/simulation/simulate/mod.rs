@@ -41,7 +41,7 @@ use crate::simulation::balance::{Balance, Flow};
 use crate::simulation::stepping::Run;
 
 pub use self::control::{Control, Inputs};
-pub use self::creep::{creep, has_joint_friction};
+pub use self::creep::{creep, has_friction};
 pub(crate) use self::growth_errors::unstable_equilibrium;
 pub use self::overloads::add_overloads;
 pub use self::slackness::{Slack, slackness};
@@ -94,6 +94,8 @@ pub struct Simulation {
     pub doubt: Option<String>,
     /// The overlap with the largest share at the ends of steps, with its time; `None` if nothing touched.
     pub deepest: Option<(f64, Overlap)>,
+    /// What touches and holds where a run ended that has not failed, in sentences, for a limit of time.
+    pub(crate) held: String,
 }
 
 impl Simulation {
@@ -398,7 +400,14 @@ impl Simulation {
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
         let is_success = status.is_success();
-        message += &run.advice_at_end(status, deepest.map(|(_, overlap)| overlap));
+        let overlap = deepest.map(|(_, overlap)| overlap);
+        message += &run.advice_at_end(status, overlap);
+        // A trial that has finished may be the last one that a limit of time leaves.
+        let held = if is_success || status.is_interrupted() {
+            run.advice_where_it_ends(overlap)
+        } else {
+            String::new()
+        };
         let doubt = if is_success {
             // Both checks may have found a problem.
             let of_vibrations = run.observe(|model, _| watch.doubt(model, q0));
@@ -428,6 +437,7 @@ impl Simulation {
             message,
             doubt,
             deepest,
+            held,
         };
         run.observe(|model, _| simulation.wrapped(model))
     }
@@ -470,6 +480,7 @@ impl From<second_order::Solution> for Simulation {
             message,
             doubt: None,
             deepest: None,
+            held: String::new(),
         }
     }
 }

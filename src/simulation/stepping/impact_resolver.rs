@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 1e-4;
 const NEGLIGIBLE_CHANGE: f64 = 1e-4;
 
 /// The first step of an impact, relative to the duration of the impact.
-const FIRST_STEP: f64 = 0.1;
+pub(super) const FIRST_STEP: f64 = 0.1;
 
 /// Tolerance of the time at which surfaces begin or cease to touch, relative to the duration of the impact.
 const CONTACT_TIME_TOLERANCE: f64 = 1e-3;
@@ -132,8 +132,18 @@ fn work_of_evaluation(facts: &Facts) -> f64 {
     if facts.has_rods_in_contact { RODS * work } else { work }
 }
 
-fn work_of(counters: &Counters) -> usize {
+pub(super) fn work_of(counters: &Counters) -> usize {
     counters.nfev + TANGENT * counters.njev
+}
+
+/// Number of evaluations that impacts may take in a run of this model whose other steps have taken this work.
+fn allowance(facts: &Facts, others: usize) -> usize {
+    (FREE_WORK / work_of_evaluation(facts)) as usize + others / OTHERS_PER_EVALUATION
+}
+
+/// The same for a single impact, after the run.
+pub(super) fn budget(facts: &Facts, work: &Counters) -> usize {
+    allowance(facts, work_of(work))
 }
 
 impl ImpactResolver {
@@ -204,8 +214,7 @@ impl ImpactResolver {
     /// Number of evaluations allowed for a step of this model, in a run with this total work; zero if an attempt is not worthwhile.
     pub(super) fn allowed(&mut self, facts: &Facts, work: &Counters) -> usize {
         let others = work_of(work).saturating_sub(self.used);
-        let free = (FREE_WORK / work_of_evaluation(facts)) as usize;
-        let allowed = (free + others / OTHERS_PER_EVALUATION).saturating_sub(self.used);
+        let allowed = allowance(facts, others).saturating_sub(self.used);
         if allowed <= self.failed_work / RETRY_RATIO {
             self.is_exhausted = true;
             return 0;
@@ -233,13 +242,7 @@ impl ImpactResolver {
             return Ok((None, Counters::default()));
         };
         stepper.set_accuracy(TOLERANCE);
-        let mut intervals = ContactIntervals {
-            t_end: t_span.1,
-            impact,
-            touches: false,
-            q: vec![0.0; n],
-            rates: [vec![0.0; n], vec![0.0; n]],
-        };
+        let mut intervals = ContactIntervals::new(n, t_span.1, impact);
         let status = loop {
             if stepper.start(model)?.is_none() {
                 intervals.end_at_contact(model, &mut stepper)?;
@@ -315,7 +318,7 @@ impl ImpactResolver {
 
 /// Divides a step at the times at which surfaces begin or cease to touch: forces have kinks there, and error estimates of steps across
 /// kinks are unreliable.
-struct ContactIntervals {
+pub(super) struct ContactIntervals {
     t_end: f64,
     /// Duration of the shortest impact.
     impact: f64,
@@ -327,9 +330,14 @@ struct ContactIntervals {
 }
 
 impl ContactIntervals {
+    /// Of `n` coordinates, up to this time, with impacts of this duration.
+    pub(super) fn new(n: usize, t_end: f64, impact: f64) -> Self {
+        Self { t_end, impact, touches: false, q: vec![0.0; n], rates: [vec![0.0; n], vec![0.0; n]] }
+    }
+
     /// Ends the next step, at whose start no surfaces touch, where surfaces begin to touch: a step across this time is too long by orders of
     /// magnitude and would be rejected several times. The step after it is short.
-    fn end_at_contact<M: Model>(
+    pub(super) fn end_at_contact<M: Model>(
         &mut self,
         model: &mut M,
         stepper: &mut radau::Stepper,

@@ -2,6 +2,7 @@
 
 use super::impact_resolver::{ImpactResolver, Resolved, Step};
 use super::method::Method;
+use super::rebounds::resolved_loss;
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
@@ -432,6 +433,19 @@ impl<M: Model> Integrator<M> {
     /// Why the motion so far may be wrong although all steps were made, and what can be done.
     pub(super) fn doubt(&self, remedy: Remedy) -> Option<String> {
         if let Self::Newmark { stepper, .. } = self { stepper.doubt(remedy) } else { None }
+    }
+
+    /// The same about impacts of rods, by a motion that resolves the worst of them; costs up to half of the work of the run.
+    pub(super) fn doubt_of_rods(&mut self, remedy: Remedy) -> Result<Option<String>, Interrupted> {
+        let Self::Newmark { model, stepper, .. } = self else { return Ok(None) };
+        // Constraints would have impulses.
+        if model.facts().constraints() > 0 {
+            return Ok(None);
+        }
+        let Some(stopped) = stepper.unilateral().stopped_impact() else { return Ok(None) };
+        let found = resolved_loss(model, stopped, &stepper.counters());
+        model.set_time(stepper.t())?;
+        Ok(stepper.doubt_of_rods(remedy, found?))
     }
 
     /// Accepted steps so far.

@@ -25,6 +25,7 @@ mod impact_resolver;
 mod integrator;
 mod method;
 mod prescribed_watch;
+mod rebounds;
 mod resolved;
 mod run;
 mod start;

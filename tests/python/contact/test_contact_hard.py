@@ -255,7 +255,9 @@ def test_a_wire_falls_on_three_edges_in_long_steps():
 def test_a_wire_falls_on_a_floor_in_long_steps():
     floor = lissom.HalfSpace((0, 0, -0.15 * LENGTH))
     robot = wire(floor)
-    motion = lissom.simulate(robot, 1.0, dt=5e-3)
+    # Where it hits the floor such steps take a third of the energy, which its waves would have returned.
+    with pytest.warns(lissom.AccuracyWarning, match="suppress rebounds"):
+        motion = lissom.simulate(robot, 1.0, dt=5e-3)
     fine = lissom.simulate(robot, 1.0, dt=5e-4)
     assert motion.success
     assert fine.success

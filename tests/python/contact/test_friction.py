@@ -258,3 +258,51 @@ def test_what_is_no_static_friction_is_refused(constants, words):
     with pytest.raises(ValueError, match=r"friction|stribeck") as raised:
         lissom.Contact("a", lissom.HalfSpace(), **{"friction": 0.4, **constants})
     assert words in str(raised.value)
+
+
+def block_on_slope(friction, slip_velocity):
+    """A block of 1 kg, 0.2 m long, on a slope of 0.3 rad."""
+    slope = 0.3
+    gravity = (9.81 * np.sin(slope), 0.0, -9.81 * np.cos(slope))
+    body = lissom.Body(1.0, inertia=(1e-3, 1e-3, 1e-3))
+    block = lissom.Link("block", joint=lissom.Planar((0, 1, 0)), body=body, position=(0, 0, 0.05))
+    box = lissom.Box((0, 0, 0), (0.1, 0.1, 0.05), link="block")
+    contact = lissom.Contact(
+        box, lissom.HalfSpace(), stiffness=1e5, friction=friction, slip_velocity=slip_velocity
+    )
+    return lissom.Robot([block], gravity=gravity, contacts=[contact])
+
+
+@pytest.mark.parametrize("method", ["newmark", "quasi_static"])
+def test_contacts_that_creep_are_doubted(method):
+    """Below its angle of friction a block goes on for ever, about as fast as its `slip_velocity`."""
+    times = {"dt": 1e-2, "method": method, "t_eval": np.linspace(0, 100, 401)}
+
+    def run(slip_velocity):
+        robot = block_on_slope(0.32, slip_velocity)
+        return lissom.simulate(robot, 100.0, q0=lissom.statics(robot).q, **times)
+
+    with pytest.warns(lissom.AccuracyWarning, match="creeps below"):
+        result = run(1e-4)
+    assert abs(result.q[-1] - result.q[0]).max() > 0.03
+    assert 'the contact "block on halfspace"' in result.doubt
+    assert "`slip_velocity` of 0.0001 m/s" in result.doubt
+    enough = float(result.doubt.rsplit("Give it ", 1)[1].split()[0])
+    assert run(enough).doubt is None
+
+
+def test_contacts_that_slide_are_not_doubted():
+    result = lissom.simulate(block_on_slope(0.2, 1e-4), 1.0, dt=1e-2)
+    assert result.doubt is None
+
+
+def test_two_coefficients_are_those_at_rest_and_of_sliding():
+    pair = lissom.Contact("a", lissom.HalfSpace(), friction=(0.6, 0.4))
+    assert pair == lissom.Contact("a", lissom.HalfSpace(), static_friction=0.6, friction=0.4)
+    assert (pair.static_friction, pair.friction) == (0.6, (0.4, 0.4, 0.4))
+    with pytest.raises(ValueError, match="one of both"):
+        lissom.Contact("a", lissom.HalfSpace(), static_friction=0.7, friction=(0.6, 0.4))
+    with pytest.raises(ValueError, match=r"static_friction: got 0.3, expected at least `friction`"):
+        lissom.Contact("a", lissom.HalfSpace(), friction=(0.3, 0.4))
+    with pytest.raises(ValueError, match="2 or 3"):
+        lissom.Contact("a", lissom.HalfSpace(), friction=(0.3, 0.4, 0.5, 0.6))

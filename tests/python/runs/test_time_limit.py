@@ -167,3 +167,21 @@ def test_bad_limits_are_named(value):
             call()
     with pytest.raises(TypeError, match="max_seconds"):
         lissom.simulate(PENDULUM, 1.0, max_seconds="long")
+
+
+def lying(young_modulus=1e9):
+    """A rod that falls on a box."""
+    segment = lissom.Segment(0.5, 2e-3, young_modulus, poisson_ratio=0.3, density=7800.0, modes={"bend_y": 4})
+    bench = lissom.Box((0.5, 0.0, -0.1), (0.1, 0.1, 0.1))
+    contact = lissom.Contact("rod", bench, name="rod on bench")
+    return lissom.Robot([lissom.Link("rod", rod=[segment] * 2)], contacts=[contact])
+
+
+@pytest.mark.parametrize("method", ["newmark", "radau", "auto"])
+def test_a_limit_of_time_names_what_touches(method):
+    """Contacts are what most runs take long for; other failures name them, too."""
+    start = lissom.statics(lying()).q
+    options = {"radau": {"max_step": 1e-3}, "auto": {"rtol": 1e-6, "max_step": 1e-3}}.get(method, {})
+    result = lissom.simulate(lying(), 1e3, method=method, q0=start, max_seconds=1.0, **options)
+    assert result.status == "time_limit"
+    assert 'contact "rod on bench"' in result.message

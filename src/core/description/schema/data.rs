@@ -92,6 +92,8 @@ pub enum Kind {
     List(&'static Self),
     /// This many numbers, or one for all of them.
     OneOrEach(usize),
+    /// The same, or two numbers, of which the first is for rest.
+    AtRestOrEach(usize),
     /// A number, or any number of them.
     OneOrMany,
     /// A value, or none.
@@ -143,6 +145,7 @@ impl Kind {
             Self::List(Self::Word(_, words)) => format!("an array of words out of {}", words.join(", ")),
             Self::List(_) => "an array of rows".to_owned(),
             Self::OneOrEach(count) => format!("a number or an array of {count} numbers"),
+            Self::AtRestOrEach(count) => format!("a number or an array of 2 or {count} numbers"),
             Self::OneOrMany => "a number or an array of numbers".to_owned(),
             Self::Optional(kind) => kind.words(),
             Self::OneOf(_, kinds) => {

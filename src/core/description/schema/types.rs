@@ -272,6 +272,50 @@ impl<const N: usize> Data for PerAxis<N> {
     }
 }
 
+/// Coefficients of friction for each direction of sliding, and at rest, where that is given with them: two numbers are those at rest and of
+/// sliding in any direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction<const N: usize> {
+    /// For each direction; one number stands for equal ones.
+    pub sliding: PerAxis<N>,
+    /// At rest; `None` if it is not given with the others.
+    pub at_rest: Option<f64>,
+}
+
+impl<const N: usize> Data for Friction<N> {
+    const KIND: Kind = Kind::AtRestOrEach(N);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        match value {
+            Value::List(numbers) if numbers.len() == 2 => {
+                let [at_rest, sliding] = <[f64; 2]>::read(value, reader)?;
+                Some(Self { sliding: PerAxis([sliding; N]), at_rest: Some(at_rest) })
+            }
+            Value::List(numbers) if numbers.len() != N => {
+                let found = format!("an array of {}", numbers.len());
+                reader.refuse("", Fault::Type { found, expected: Self::KIND.words() });
+                None
+            }
+            Value::Number(_) | Value::Integer(_) | Value::List(_) => {
+                PerAxis::read(value, reader).map(|sliding| Self { sliding, at_rest: None })
+            }
+            _ => reader.wrong_type(value, &Self::KIND),
+        }
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        self.sliding.check(limits, reader);
+        self.at_rest.inspect(|at_rest| at_rest.check(limits, reader));
+    }
+
+    fn write(&self) -> Value {
+        match self.at_rest {
+            Some(at_rest) => [at_rest, self.sliding.0[0]].write(),
+            None => self.sliding.write(),
+        }
+    }
+}
+
 /// Numbers in rows of one length.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {

@@ -274,7 +274,8 @@ impl InImpact for RobotModel {
         let kinetic = colliding_parts.kinetic(self, before, at_start.kinetic);
         self.colliding_parts = colliding_parts;
         // Over a step of the backward Euler method, forces act as at its end.
-        let lost = -gain - h * (self.dissipated_power(q, qd) + supplied);
+        let whole = -gain - h * supplied;
+        let lost = whole - h * self.dissipated_power(q, qd);
         self.store_rates(before[1], motion);
         let Self { sweeps, coordinates, .. } = self;
         let FastestImpact { contact, rebound, longest } =
@@ -282,6 +283,7 @@ impl InImpact for RobotModel {
         Some(Impact {
             contact,
             lost: lost.max(0.0) * rebound * rebound,
+            whole: whole.max(0.0),
             kinetic,
             elastic: at_end.elastic,
             longest,

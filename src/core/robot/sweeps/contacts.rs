@@ -69,6 +69,7 @@ impl<G: Turning> Sweeps<G> {
     fn forget_touches(&mut self) {
         self.work.motion_is_known = false;
         self.work.effects.contact.forget();
+        self.work.effects.contact.clearance.forget();
     }
 
     /// Limits the stiffness of every pair, and enlarges obstacles of thin rods that became softer; `None` undoes that. Returns whether any
@@ -287,8 +288,28 @@ impl<G: Turning> Sweeps<G> {
     pub(crate) fn store_surfaces(&mut self, q: &[f64]) {
         // With a moving base the world moves even if the shape does not.
         let is_stored = self.plan.world.motion.is_none() && self.work.effects.contact.cached.of == q;
-        if tunnelling::is_possible(&self.plan) && !is_stored {
-            self.update_surfaces(q);
+        if !tunnelling::is_possible(&self.plan) || is_stored || self.store_clear_surfaces(q) {
+            return;
+        }
+        self.update_surfaces(q);
+        tunnelling::store_surfaces(&mut self.work);
+    }
+
+    /// Stores a shape in which nothing is near, with its positions pending.
+    fn store_clear_surfaces(&mut self, q: &[f64]) -> bool {
+        let Self { plan, work, .. } = self;
+        let is_clear = detection::is_clear(plan, &work.effects.contact, q);
+        if is_clear {
+            work.effects.contact.cached.store_pending(q);
+        }
+        is_clear
+    }
+
+    /// Computes positions of the stored shape that are pending.
+    fn update_pending_surfaces(&mut self) {
+        if self.work.effects.contact.cached.is_pending {
+            let q = std::mem::take(&mut self.work.effects.contact.cached.of);
+            self.update_surfaces(&q);
             tunnelling::store_surfaces(&mut self.work);
         }
     }
@@ -298,6 +319,13 @@ impl<G: Turning> Sweeps<G> {
         if self.work.effects.contact.is_left || !tunnelling::is_possible(&self.plan) {
             return false;
         }
+        // Places that are far before and after are far on the straight paths between.
+        let is_clear = |of: &[f64]| detection::is_clear(&self.plan, &self.work.effects.contact, of);
+        if is_clear(q) && is_clear(&self.work.effects.contact.cached.of) {
+            self.work.effects.contact.cached.store_pending(q);
+            return false;
+        }
+        self.update_pending_surfaces();
         self.update_surfaces(q);
         let have_tunnelled = tunnelling::has_tunnelled(&self.plan, &mut self.work, radius);
         tunnelling::store_surfaces(&mut self.work);
@@ -311,6 +339,13 @@ impl<G: Turning> Sweeps<G> {
 
     /// A contact whose surfaces overlap by more than a radius, and its overlap.
     pub(crate) fn deep_penetration(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+        let Self { plan, work, .. } = self;
+        let contact = &mut work.effects.contact;
+        // Contact points in memory belong to another shape.
+        if contact.touches.is_empty() && !contact.is_left && detection::is_clear(plan, contact, q) {
+            contact.mark_apart();
+            return None;
+        }
         self.find_touches(q);
         query::deep_penetration(&self.plan, &self.work)
     }

@@ -5,7 +5,7 @@ use super::super::options::Options;
 use super::super::scheme::Scheme;
 use super::{Lengths, StepperOf};
 use crate::error::{Interrupted, InvalidInput};
-use crate::integrators::attempts::{Fixed as _, Remedy, Unilateral};
+use crate::integrators::attempts::{Fixed as _, Remedy, ResolvedLoss, Unilateral};
 use crate::integrators::second_order::{Counters, SecondOrderSystem, Status};
 use crate::numerics::tape::Tape;
 
@@ -241,6 +241,11 @@ impl Stepper {
     /// Why the motion so far may be wrong although all steps were solved: unresolved impacts, with a remedy.
     pub(crate) fn doubt(&self, remedy: Remedy) -> Option<String> {
         of_kind!(&self.0, stepper => stepper.doubt(remedy))
+    }
+
+    /// The same about impacts of rods, by what a motion loses that resolves the worst of them.
+    pub(crate) fn doubt_of_rods(&self, remedy: Remedy, resolved: ResolvedLoss) -> Option<String> {
+        of_kind!(&self.0, stepper => stepper.unilateral.doubt_of_rods(stepper.options.dt, remedy, resolved))
     }
 
     /// Describes a status of this integration, with advice unless it is a success.

@@ -574,6 +574,7 @@ impl<M: Model> Run<M> {
         let Self { integrator, .. } = self;
         let known = of_growth.or(of_motion).or(of_lengths).or_else(|| integrator.doubt(remedy));
         let known = known.or_else(|| self.impact_resolver.doubt());
+        let known = known.or_else(|| self.integrator.doubt_of_rods(remedy).ok().flatten());
         let of_sticking = self.static_friction_doubt();
         let Self { integrator, energy, .. } = self;
         let of_losses = |model: &mut M, state: State<'_>| energy.as_ref()?.loss_in_contact(model, state);
@@ -616,13 +617,21 @@ impl<M: Model> Run<M> {
 
     /// Advice about contacts that were too soft, and about the cause of a failed run: sentences, or nothing.
     pub fn advice_at_end(&mut self, status: Status, deepest: Option<Overlap>) -> String {
-        let has_failed = !status.is_success() && !status.is_interrupted();
+        if status.is_success() || status.is_interrupted() {
+            return self.observe(|model, _| model.advice_at_end(&[], deepest));
+        }
+        self.advice_where_it_ends(deepest)
+    }
+
+    /// The same, with what touches and holds where the run ends.
+    pub(crate) fn advice_where_it_ends(&mut self, deepest: Option<Overlap>) -> String {
         let dt = self.dt;
-        self.observe(|model, State { q, v, .. }| {
-            // A step into a first contact starts without contact: also examine the shape after the step.
-            let ahead: Vec<f64> = q.iter().zip(v).map(|(q, v)| q + dt * v).collect();
-            let shapes = [q, &ahead[..]];
-            model.advice_at_end(if has_failed { &shapes } else { &[] }, deepest)
+        self.observe(|model, State { q, v, a, .. }| {
+            // A step into a first contact starts without contact, maybe at rest: also examine the shape after the step.
+            let has_accelerations = a.iter().all(|a| a.is_finite());
+            let speed = |(v, a): (&f64, &f64)| if has_accelerations { v + 0.5 * dt * a } else { *v };
+            let ahead: Vec<f64> = q.iter().zip(v.iter().zip(a)).map(|(q, va)| q + dt * speed(va)).collect();
+            model.advice_at_end(&[q, &ahead[..]], deepest)
         })
     }
 

@@ -4,7 +4,7 @@ pub use super::obstacles::described::{Capsule, ConvexMesh, Cuboid, HalfSpace, He
 use super::obstacles::{Role, shapes};
 use super::{Obstacle, Stiffness, Surface as Resolved};
 use crate::description::schema::{
-    Data, Described, Fault, Kind, Limits, LinkName, Part as _, PerAxis, Reader, Schema, Value,
+    Data, Described, Fault, Friction, Kind, Limits, LinkName, Part as _, PerAxis, Reader, Schema, Value,
 };
 use crate::error::Number;
 
@@ -110,9 +110,10 @@ pub struct Contact {
     /// Dissipation c. The rebound speed after a slow impact at the speed v is ``v (1 - 2 c v / 3)``.
     #[part(unit = "s/m", non_negative, default = super::Contact::DISSIPATION)]
     pub dissipation: f64,
-    /// Coefficient of friction mu. Three numbers are for a rod that slides forward along its axis, backward, and sideways.
-    #[part(non_negative, default = PerAxis([0.0; 3]))]
-    pub friction: PerAxis<3>,
+    /// Coefficient of friction mu. Three numbers are for a rod that slides forward along its axis, backward, and sideways. Two numbers
+    /// are `static_friction` and mu: ``(0.6, 0.4)``.
+    #[part(non_negative, default = Friction { sliding: PerAxis([0.0; 3]), at_rest: None })]
+    pub friction: Friction<3>,
     /// Coefficient of friction at rest, mu_s, at least `friction`, which must be one number above zero then. Friction falls with the speed of sliding from
     /// mu_s to mu: ``mu + (mu_s - mu) exp(-(|v| / v_st)^2)`` (Bo and Pavelescu 1982). By default it is `friction`.
     #[part(positive)]
@@ -176,6 +177,9 @@ impl Contact {
         if self.name.is_empty() {
             self.name = self.default_name();
         }
+        if self.static_friction.is_none() {
+            self.static_friction = self.friction.at_rest.take();
+        }
     }
 
     fn fits(&self, reader: &mut Reader) {
@@ -205,7 +209,14 @@ impl Contact {
             let advice = " in N/m: only rods have one of their own, that of their material".to_owned();
             reader.refuse("", Fault::Missing { key: "stiffness", advice });
         }
-        let PerAxis([forward, backward, sideways]) = self.friction;
+        let Friction { sliding: PerAxis([forward, backward, sideways]), at_rest: with_friction } =
+            self.friction;
+        reader.require(
+            with_friction.is_none(),
+            "static_friction",
+            "a value beside two of friction",
+            "one of both: the first of two values of `friction` is that at rest",
+        );
         // NaN is even, too.
         let is_even = [backward, sideways].iter().all(|mu| mu.to_bits() == forward.to_bits());
         reader.require(
@@ -240,7 +251,7 @@ impl Contact {
             surfaces: [a?, b?],
             stiffness: self.stiffness,
             dissipation: self.dissipation,
-            friction: self.friction.0,
+            friction: self.friction.sliding.0,
             static_friction: self.static_friction,
             stribeck_velocity: self.stribeck_velocity,
             slip_velocity: self.slip_velocity,
@@ -281,7 +292,7 @@ impl super::Contact {
             b,
             stiffness: self.stiffness,
             dissipation: self.dissipation,
-            friction: PerAxis(self.friction),
+            friction: Friction { sliding: PerAxis(self.friction), at_rest: None },
             static_friction: self.static_friction,
             stribeck_velocity: self.stribeck_velocity,
             slip_velocity: self.slip_velocity,

@@ -1,13 +1,14 @@
 //! Contact detection: positions of surfaces, pairs that are close to each other, and contact points.
 
-use super::curve::{self, LONGER, expand};
+use super::bounds::{around_ends, ball_around_ends, stretch_of};
+use super::curve::{self, expand};
 use super::narrow_phase::{Found, Near, Scene, motion, placed};
-use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector, VectorSpace};
-use crate::robot::effects::contact::broad_phase;
+use crate::numerics::lie::{LANES, Lanes, Rotation, Sweep, Vector};
 use crate::robot::effects::contact::plan::{Body, Curve, Fixed, Pair, Side};
 use crate::robot::effects::contact::shapes::distance;
-use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose};
+use crate::robot::effects::contact::shapes::obstacle::Pose;
 use crate::robot::effects::contact::state::{ContactState, Span};
+use crate::robot::effects::contact::{broad_phase, clearance};
 use crate::robot::plan::Plan;
 use crate::robot::state::Workspace;
 use crate::robot::turning::Turning;
@@ -15,7 +16,9 @@ use crate::robot::turning::Turning;
 /// Finds all contact points of a state whose motion is up to date: in the shape in which they were found last, only their forces change.
 pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
-    if is_known(plan, &state, &work.kinematics_of) {
+    if is_clear(plan, &state, &work.kinematics_of) {
+        state.know_apart(&work.kinematics_of);
+    } else if is_known(plan, &state, &work.kinematics_of) {
         plan.instructions.run_outlined::<G::Pack, _>(Move { plan, work, state: &mut state });
     } else {
         plan.instructions.run_outlined::<G::Pack, _>(Find { plan, work, state: &mut state });
@@ -28,6 +31,11 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
 /// Whether the contact points in memory are those of a shape. A moving base takes obstacles to other places in the frame of the plan.
 pub(crate) fn is_known<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, q: &[f64]) -> bool {
     plan.world.motion.is_none() && state.is_known_in(q)
+}
+
+/// Whether nothing is near in a shape, by its coordinates alone: it need not be that of the kinematics.
+pub(crate) fn is_clear<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, q: &[f64]) -> bool {
+    plan.world.motion.is_none() && clearance::covers(&state.clearance, &plan.effects.contacts, q)
 }
 
 /// Computes the positions of samples of curves, with their slopes, balls, bodies and solids in a shape, without contact points.
@@ -47,7 +55,9 @@ pub(crate) fn update_positions<G: Turning>(plan: &Plan<G>, work: &mut Workspace<
 /// The same, and which curves may touch anything.
 pub(crate) fn update_candidates<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
     let mut state = std::mem::take(&mut work.effects.contact);
-    if !are_all_far(plan, work, &mut state) {
+    if is_clear(plan, &state, &work.kinematics_of) {
+        state.mark_apart();
+    } else if !are_all_far(plan, work, &mut state) {
         detect(plan, work, &mut state);
     }
     if !state.is_known_in(&work.kinematics_of) {
@@ -162,51 +172,25 @@ impl<G: Turning> Sweep for Move<'_, G> {
 #[inline(always)]
 fn are_all_far<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut ContactState<G::Pack>) -> bool {
     let contacts = &plan.effects.contacts;
+    let mut gap = f64::INFINITY;
     let are_far = contacts.pairs.iter().zip(&state.grown).all(|(pair, grown)| {
         let [Side::Rod(curves), Side::Solid(solid)] = &pair.sides else { return false };
         let Fixed { on, solid } = &contacts.solids[*solid];
         on.is_none()
             && curves.clone().all(|c| {
                 let curve = &contacts.curves[c];
-                let (centre, radius) = around_ends(plan, work, curve, stretched(plan, work, curve));
-                Placed { solid, pose: None }.distance(centre).value > radius + grown
+                let (centre, radius) = ball_around_ends(plan, work, curve);
+                gap = gap.min(solid.gap(centre, radius + grown));
+                gap > 0.0
             })
     });
     if are_far {
-        state.is_near.fill(false);
-        state.is_rigid_near = false;
-        state.is_seen.fill(false);
-        state.near.clear();
-        state.near_of.fill(0..0);
+        state.mark_apart();
+        if gap.is_finite() && plan.world.motion.is_none() {
+            clearance::store(&mut state.clearance, plan, work, gap);
+        }
     }
     are_far
-}
-
-/// By which factor a curve is longer than its piece, at most.
-#[inline(always)]
-fn stretched<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, curve: &Curve<G::Pack>) -> f64 {
-    let piece = &plan.pieces[curve.piece];
-    if !piece.is_extensible {
-        return 1.0;
-    }
-    let squares = work.slope[piece.node_packs()].iter().map(|slope| slope.dot(*slope));
-    let lanes = squares.flat_map(|squares| (0..LANES).map(move |lane| squares.lane(lane)));
-    // Samples are the nodes and both ends.
-    LONGER * lanes.take(curve.samples.len() - 2).fold(0.0, f64::max).sqrt()
-}
-
-/// The ball around the middle of both ends of a curve: it is as far from both together as it is long at most.
-#[inline(always)]
-fn around_ends<G: Turning>(
-    plan: &Plan<G>,
-    work: &Workspace<G>,
-    curve: &Curve<G::Pack>,
-    stretched: f64,
-) -> broad_phase::Ball {
-    let joined = &plan.pieces[curve.piece].joined;
-    let [begin, end] =
-        [joined.begin, joined.end].map(|station| G::in_space(plan.frame, work.stations[station].position));
-    ((begin + end) * 0.5, 0.5 * stretched * curve.length + curve.thickest)
 }
 
 /// Where the samples of all curves are, bounds of these, centres of all balls, corners of all bodies, and axes of all solids.
@@ -228,7 +212,7 @@ fn compute_positions<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mu
         let centre = own[own.len() / 2][0];
         let away =
             own.iter().map(|[position, _]| *position - centre).map(|way| way.dot(way)).fold(0.0, f64::max);
-        let stretched = stretched(plan, work, curve);
+        let stretched = stretch_of(plan, work, curve);
         let around_samples = (centre, away.sqrt() + stretched * curve.largest_gap + curve.thickest);
         let around_ends = around_ends(plan, work, curve, stretched);
         *bound = if around_ends.1 < around_samples.1 { around_ends } else { around_samples };
@@ -404,7 +388,7 @@ fn mark_candidates<G: Turning>(plan: &Plan<G>, work: &Workspace<G>, state: &mut 
             let (centre, radius) = (bounds[c].0, bounds[c].1 + grown);
             match &pair.sides[1] {
                 Side::Solid(solid) => {
-                    is_near[c] |= placed(plan, poses, *solid).distance(centre).value <= radius;
+                    is_near[c] |= !placed(plan, poses, *solid).is_beyond(centre, radius);
                 }
                 Side::Ball(ball) => {
                     let reach = radius + plan.effects.contacts.balls[*ball].radius;
@@ -438,7 +422,7 @@ fn is_rigid_near<G: Turning>(plan: &Plan<G>, state: &ContactState<G::Pack>, pair
     let is_in_reach =
         |(other, radius): (Vector<f64>, f64)| distance::between(centre, other) <= reach + radius;
     match &pair.sides[1] {
-        Side::Solid(solid) => placed(plan, poses, *solid).distance(centre).value <= reach,
+        Side::Solid(solid) => !placed(plan, poses, *solid).is_beyond(centre, reach),
         Side::Ball(ball) => is_in_reach(around_ball(*ball)),
         Side::Rod(curves) => bounds[curves.clone()].iter().copied().any(is_in_reach),
         Side::Body(_) => true,

@@ -11,7 +11,9 @@
 
 pub(crate) mod advice;
 mod bore;
+mod bounds;
 pub(crate) mod broad_phase;
+pub(crate) mod clearance;
 pub(crate) mod compile;
 pub(crate) mod curve;
 pub mod described;

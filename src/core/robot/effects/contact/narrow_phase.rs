@@ -233,6 +233,11 @@ impl<'a, G: Turning> Scene<'a, G> {
             Side::Ball(ball) => {
                 let Ball { on, radius, thickness, .. } = self.plan.effects.contacts.balls[*ball];
                 let centre = self.centres[*ball];
+                if let Other::Solid { solid, grown, .. } = &other
+                    && solid.is_certainly_beyond(centre, radius + grown)
+                {
+                    return;
+                }
                 if let Some(nearest) = self.nearest(&other, centre, None) {
                     let first = FirstPlace {
                         on: SidePlace::of(on),
@@ -292,7 +297,7 @@ impl<'a, G: Turning> Scene<'a, G> {
                 found,
             );
         };
-        if solid.distance(corners[0]).value > radius + body.size {
+        if solid.is_beyond(corners[0], radius + body.size) {
             return;
         }
         for &corner in corners {
@@ -313,7 +318,7 @@ impl<'a, G: Turning> Scene<'a, G> {
             Other::Rod { near, .. } => others(near, c).next().is_some(),
             Other::Solid { solid, grown, .. } => {
                 let (centre, radius) = self.bounds[c];
-                self.is_near[c] && solid.distance(centre).value <= radius + grown
+                self.is_near[c] && !solid.is_beyond(centre, radius + grown)
             }
         }
     }

@@ -108,6 +108,9 @@ impl<const N: usize> Patch<N> {
     /// Whether it comes closer to a solid than `deep`, divided into patches of this size.
     pub(super) fn comes_nearer(&self, solid: &Solid, deep: f64, size: f64) -> bool {
         let (centre, radius) = self.bound();
+        if solid.is_certainly_beyond(centre, deep + radius) {
+            return false;
+        }
         let value = solid.distance(centre).value;
         if value >= deep + radius {
             return false;

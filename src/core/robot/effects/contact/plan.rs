@@ -37,6 +37,16 @@ pub(crate) struct Contacts<G: Space> {
     pub(crate) packs: usize,
     /// Maximum number of simultaneous contact points.
     pub(crate) capacity: usize,
+    /// What the coordinates do that move rods.
+    pub(crate) mobilities: Vec<Mobility>,
+}
+
+/// By how much a coordinate turns and shifts what it moves per unit, at most: radians and metres.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Mobility {
+    pub(crate) coordinate: usize,
+    pub(crate) turn: f64,
+    pub(crate) shift: f64,
 }
 
 /// A piece of a rod with contacts.

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::model::{REACHED, Separation};
+use crate::model::{REACHED, STEPS_OF_AN_IMPACT, Separation};
 use crate::numerics::lie::{Cross, Symmetric, Twist, Vector};
 use crate::robot::effects::contact::narrow_phase;
 use crate::robot::effects::contact::plan::{Body, Side};
@@ -47,7 +47,11 @@ pub(crate) fn deep_penetration<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) 
         for &corner in &work.effects.contact.corners[*first_corner..][..corners.len()] {
             middle += corner * (corners.len() as f64).recip();
         }
-        let depth = -narrow_phase::placed(plan, &work.effects.contact.poses, solid).distance(middle).value;
+        let solid = narrow_phase::placed(plan, &work.effects.contact.poses, solid);
+        if solid.is_certainly_beyond(middle, 0.0) {
+            return None;
+        }
+        let depth = -solid.distance(middle).value;
         (depth > 0.0).then_some((pair.contact, thickness + depth))
     })
 }
@@ -216,8 +220,6 @@ pub(crate) struct FastestImpact {
 
 /// The impact with the highest speed of approach; motion and stored rates are as for [`has_unresolved_impact`].
 pub(crate) fn fastest_impact<G: Turning>(plan: &Plan<G>, work: &Workspace<G>) -> Option<FastestImpact> {
-    /// Number of steps in an impact, which takes `pi / omega`, that return more than nine tenths of its energy.
-    const STEPS_OF_AN_IMPACT: f64 = 20.0;
     let touches = work.effects.contact.touches.iter().zip(&work.effects.contact.rates).enumerate();
     let (t, (touch, &before)) = touches.clone().min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b))?;
     if before >= 0.0 {

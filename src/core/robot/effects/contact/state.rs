@@ -48,6 +48,8 @@ pub(crate) struct ContactState<P> {
     pub(crate) cached: Cached,
     /// Whether contact forces are disabled.
     pub(crate) is_left: bool,
+    /// A shape in which nothing is near.
+    pub(crate) clearance: Clearance,
     /// Coordinates of the shape of `touches`, or of `laid_aside` while forces are disabled, if these are known.
     touches_of: Vec<f64>,
     touches_are_known: bool,
@@ -92,6 +94,8 @@ pub(crate) struct Cached {
     pub(crate) centres: Vec<Vector<f64>>,
     pub(crate) corners: Vec<Vector<f64>>,
     pub(crate) poses: Vec<Pose>,
+    /// Whether they are still to be computed, because nothing was near in the shape.
+    pub(crate) is_pending: bool,
     /// Upper bounds of the curves' displacements since then; bounding balls of the volumes that curves and
     /// branches of rods sweep.
     pub(crate) moved: Vec<f64>,
@@ -99,6 +103,32 @@ pub(crate) struct Cached {
     pub(crate) branches: Vec<(Vector<f64>, f64)>,
     /// The same of the parts of curves that come close to others, in the places of their first samples.
     pub(crate) swept_parts: Vec<Option<(Vector<f64>, f64)>>,
+}
+
+impl Cached {
+    /// Stores a shape whose positions are computed when they are asked for.
+    pub(crate) fn store_pending(&mut self, q: &[f64]) {
+        self.of.clear();
+        self.of.extend_from_slice(q);
+        self.is_pending = true;
+    }
+}
+
+/// A shape in which nothing is near (see `clearance`).
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Clearance {
+    /// Its coordinates; empty if none is known.
+    pub(super) of: Vec<f64>,
+    /// Smallest gap between a ball around a curve and a solid, metres; and the longest lever of a coordinate.
+    pub(super) gap: f64,
+    pub(super) lever: f64,
+}
+
+impl Clearance {
+    /// Marks it as unknown.
+    pub(crate) fn forget(&mut self) {
+        self.of.clear();
+    }
 }
 
 /// Coefficient of one Chebyshev polynomial in the position of a curve, and in its first and second
@@ -278,6 +308,7 @@ impl<P> Default for ContactState<P> {
             cached: Cached::default(),
             is_rigid_near: false,
             is_left: false,
+            clearance: Clearance::default(),
             touches_of: Vec::new(),
             touches_are_known: false,
             laid_aside: None,
@@ -314,6 +345,22 @@ impl<P> ContactState<P> {
     /// Marks the contact points as those of no shape.
     pub(crate) fn forget(&mut self) {
         self.touches_are_known = false;
+    }
+
+    /// Marks that nothing is near in this shape.
+    pub(super) fn know_apart(&mut self, q: &[f64]) {
+        self.touches.clear();
+        self.mark_apart();
+        self.know(q);
+    }
+
+    /// Marks that nothing is near.
+    pub(crate) fn mark_apart(&mut self) {
+        self.is_near.fill(false);
+        self.is_rigid_near = false;
+        self.is_seen.fill(false);
+        self.near.clear();
+        self.near_of.fill(0..0);
     }
 
     /// Lays the contact points aside while forces are disabled.
@@ -370,6 +417,7 @@ impl<P: Lanes> ContactState<P> {
             cached: Cached::default(),
             is_rigid_near: false,
             is_left: false,
+            clearance: Clearance::default(),
             touches_of: Vec::new(),
             touches_are_known: false,
             laid_aside: None,

@@ -55,7 +55,8 @@ pub(crate) fn has_two_sides<G: Turning>(plan: &Plan<G>, pair: &Pair) -> bool {
 /// Stores the positions of surfaces in the shape evaluated last.
 pub(crate) fn store_surfaces<G: Turning>(work: &mut Workspace<G>) {
     let contact = &mut work.effects.contact;
-    let Cached { of, samples, bounds, centres, corners, poses, .. } = &mut contact.cached;
+    let Cached { of, samples, bounds, centres, corners, poses, is_pending, .. } = &mut contact.cached;
+    *is_pending = false;
     of.clear();
     of.extend_from_slice(&work.kinematics_of);
     samples.clone_from(&contact.samples);
@@ -116,7 +117,7 @@ pub(crate) fn has_tunnelled<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>,
             curves.clone().any(|c| {
                 let (centre, radius) = paths.bound(c);
                 solid.can_be_passed()
-                    && solid.distance(centre).value <= radius
+                    && !solid.is_beyond(centre, radius)
                     && paths
                         .parts(c)
                         .any(|part| part.patch.is_deep_in(solid, part.thin, measure.beside(part.thin, solid)))
@@ -280,8 +281,8 @@ impl<G: Turning> Paths<'_, G> {
         let moving = self.moving(solid);
         if moving.is_none() {
             let [before, now] = path(0);
-            let nearest = fixed.distance(now).value.min(fixed.distance(before).value);
-            if nearest > radius + body.size + fastest {
+            let reach = radius + body.size + fastest;
+            if fixed.is_beyond(now, reach) && fixed.is_beyond(before, reach) {
                 return false;
             }
         }
@@ -428,7 +429,11 @@ impl<'a> Moving<'a> {
         bend /= 8.0;
         let whole = Patch([0.0, 1.0].map(|x| self.local_line(patch, x)));
         let (centre, around) = whole.bound();
-        if measure <= 0.0 || self.solid.distance(centre).value >= radius + around + bend {
+        let reach = radius + around + bend;
+        if measure <= 0.0
+            || self.solid.is_certainly_beyond(centre, reach)
+            || self.solid.distance(centre).value >= reach
+        {
             return false;
         }
         let pieces = ((bend / (LARGEST_DEVIATION * measure)).sqrt().ceil() as usize).clamp(1, MOST_PIECES);

@@ -13,6 +13,7 @@ use crate::error::{Checker, InvalidInput};
 use crate::numerics::lie::Vector;
 use crate::robot::compile::links::Tree;
 use crate::robot::description::Robot;
+use crate::robot::effects::contact::clearance;
 use crate::robot::effects::contact::obstacles::{Frame, Role, Shape};
 use crate::robot::effects::contact::plan::{
     Ball, Contacts, Curve, Fixed, MOST_CHANGES, MOST_INTERVALS, NODES, PLACES, Pair, Sample, Side,
@@ -142,6 +143,7 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
     }
     contacts.rods = curves_of.into_iter().flatten().collect();
     contacts.capacity = contacts.pairs.iter().map(|pair| places_of(&contacts, &pair.sides)).sum();
+    contacts.mobilities = clearance::mobilities(plan, &contacts.curves);
     plan.effects.contacts = contacts;
 }
 

@@ -114,6 +114,11 @@ impl Part {
 }
 
 impl CentreLine {
+    /// A ball around the curve.
+    pub(crate) fn ball(&self) -> (Vector<f64>, f64) {
+        self.balls[0]
+    }
+
     /// The curve through two or more points; consecutive points must differ.
     pub(crate) fn new(points: &[Vector<f64>]) -> Self {
         let mut times = vec![0.0];

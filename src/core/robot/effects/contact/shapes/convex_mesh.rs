@@ -1,6 +1,6 @@
 //! Distances from convex polyhedra and from polyhedra rounded by a radius.
 
-use super::distance::{Distance, SHORTEST};
+use super::distance::{Distance, SHORTEST, between};
 use crate::numerics::lie::{Symmetric, Vector};
 
 /// Faces whose normals differ by less than this sine count as one.
@@ -20,6 +20,8 @@ fn middle(points: &[Vector<f64>]) -> Vector<f64> {
 pub(crate) struct ConvexMesh {
     faces: Vec<Face>,
     radius: f64,
+    /// A ball around it.
+    around: (Vector<f64>, f64),
 }
 
 #[derive(Clone, Debug)]
@@ -62,7 +64,13 @@ impl ConvexMesh {
             let normal = across * (side / across.dot(across).sqrt());
             Face { corners, places, normal, offset: normal.dot(a) }
         };
-        Self { faces: faces.iter().map(face).collect(), radius }
+        let size = points.iter().map(|&point| between(point, middle)).fold(0.0, f64::max);
+        Self { faces: faces.iter().map(face).collect(), radius, around: (middle, size + radius) }
+    }
+
+    /// Whether a point is certainly farther from it than `reach`.
+    pub(crate) fn is_certainly_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        between(point, self.around.0) > self.around.1 + reach.max(0.0)
     }
 
     /// Largest distance of its points from the origin.

@@ -476,6 +476,35 @@ impl HeightField {
         0.5 * (way.map(|w| w * w).sum::<f64>() + across * across)
     }
 
+    /// Whether a point is above the ground and certainly farther from it than `reach`, by the heights of squares of cells.
+    pub(crate) fn is_certainly_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        let point = self.axes.apply_transposed(point - self.corner).to_array();
+        let [x, y, z] = point;
+        let top = self.levels.len() - 1;
+        let reach = reach.max(0.0);
+        let [_, high] = self.levels[top].ranges[0];
+        // Beyond the edges it rises by no more than its slopes, and beyond a corner by their change as well.
+        let [along, across] = [0, 1].map(|axis| {
+            let end = self.spacing[axis] * (self.shape[axis] - 1) as f64;
+            (reach - point[axis]).max(point[axis] + reach - end).max(0.0)
+        });
+        if along > 0.0 || across > 0.0 {
+            let rise = self.steepest * along.hypot(across) + self.most_bent * along * across;
+            return z - reach > high + rise;
+        }
+        z - reach > high || z > self.at([x, y]).height && self.is_square_beyond(point, reach, top, [0, 0])
+    }
+
+    /// Whether a square of cells is farther from a point than `reach`, by its heights.
+    fn is_square_beyond(&self, point: [f64; 3], reach: f64, level: usize, square: [usize; 2]) -> bool {
+        if self.bound(point, level, square) > 0.5 * reach * reach {
+            return true;
+        }
+        level > 0
+            && children(square, self.levels[level - 1].shape)
+                .all(|child| self.is_square_beyond(point, reach, level - 1, child))
+    }
+
     /// Distance of a point from the ground.
     pub(crate) fn distance(&self, point: Vector<f64>) -> Distance {
         let beside = self.axes.apply_transposed(point - self.corner).to_array();
@@ -733,6 +762,9 @@ mod tests {
             prop_assert!((found.value < 0.0) == (z < field.at([x, y]).height));
             prop_assert!(found.value.abs() <= tried + 1e-12, "{} {tried}", found.value);
             prop_assert!((found.normal.dot(found.normal) - 1.0).abs() < 1e-12);
+            for reach in [0.0, 0.03, 0.1, 0.3, 1.0] {
+                prop_assert!(!field.is_certainly_beyond(point, reach) || found.value > reach, "{reach} {found:?}");
+            }
             let h = 1e-6;
             for axis in [Vector::new(1.0, 0.0, 0.0), Vector::new(0.0, 1.0, 0.0), Vector::new(0.0, 0.0, 1.0)] {
                 let [ahead, behind] = [h, -h].map(|h| field.distance(point + axis * h));

@@ -78,6 +78,39 @@ impl Solid {
 }
 
 impl Solid {
+    /// Whether a point is certainly farther from the solid than `reach`, by a bound that costs less than the distance; never for solids whose
+    /// distance costs little.
+    pub(crate) fn is_certainly_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        match self {
+            Self::HeightField(field) => field.is_certainly_beyond(point, reach),
+            Self::ConvexMesh(mesh) => mesh.is_certainly_beyond(point, reach),
+            Self::Tube(tube) => tube.is_certainly_beyond(point, reach),
+            _ => false,
+        }
+    }
+
+    /// Whether a point is farther from the solid than `reach`.
+    pub(crate) fn is_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        self.is_certainly_beyond(point, reach) || self.distance(point).value > reach
+    }
+
+    /// By how much a point is farther from the solid than `reach`, or less than that; not positive if it is not farther.
+    pub(crate) fn gap(&self, point: Vector<f64>, reach: f64) -> f64 {
+        /// Largest number of times that a distance is doubled that is certainly not reached.
+        const MOST_DOUBLINGS: usize = 20;
+        if reach <= 0.0 || !self.is_certainly_beyond(point, reach) {
+            return self.distance(point).value - reach;
+        }
+        let mut certain = reach;
+        for _ in 0..MOST_DOUBLINGS {
+            if !self.is_certainly_beyond(point, 2.0 * certain) {
+                break;
+            }
+            certain *= 2.0;
+        }
+        if certain > reach { certain - reach } else { self.distance(point).value - reach }
+    }
+
     /// Largest distance from the origin of its axes.
     pub(crate) fn reach(&self) -> f64 {
         let size = |v: Vector<f64>| v.dot(v).sqrt();
@@ -217,6 +250,16 @@ impl Placed<'_> {
             normal: pose.rotation.apply(normal),
             curvature: Spatial::<false>::rotate_second_moment(&pose.rotation, &curvature),
         }
+    }
+
+    /// See [`Solid::is_certainly_beyond`].
+    pub(crate) fn is_certainly_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        self.solid.is_certainly_beyond(self.local_position(point), reach)
+    }
+
+    /// See [`Solid::is_beyond`].
+    pub(crate) fn is_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        self.solid.is_beyond(self.local_position(point), reach)
     }
 
     /// See [`Solid::feature`].

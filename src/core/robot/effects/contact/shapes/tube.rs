@@ -6,7 +6,7 @@
 //! the bore, and where two places of the centre line are equally near), and its second derivatives jump in the planes of the ends.
 
 use super::centre_line::{CentreLine, Nearest};
-use super::distance::{Distance, SHORTEST};
+use super::distance::{Distance, SHORTEST, between};
 use crate::numerics::lie::{Symmetric, Vector};
 
 /// Smallest factor of the motion of the nearest place: where the centre line bends about a point in the wall, that motion is unbounded.
@@ -61,6 +61,12 @@ impl Tube {
     /// Largest distance of its points from the origin.
     pub(crate) fn reach(&self) -> f64 {
         self.line.reach() + self.radius + self.wall
+    }
+
+    /// Whether a point is certainly farther from it than `reach`.
+    pub(crate) fn is_certainly_beyond(&self, point: Vector<f64>, reach: f64) -> bool {
+        let (centre, radius) = self.line.ball();
+        between(point, centre) > radius + self.radius + self.wall + reach.max(0.0)
     }
 
     /// Distance from a wall without ends, for the way from the nearest place of the centre line, its direction, and one minus the
