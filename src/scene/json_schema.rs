@@ -62,6 +62,12 @@ fn of_field(field: &'static Field, found: &mut Map<String, Json>) -> Json {
     schema
 }
 
+/// A value of one of these kinds.
+fn any_of(kinds: &[Kind], limits: &Limits, found: &mut Map<String, Json>) -> Json {
+    let all: Vec<_> = kinds.iter().map(|kind| of_kind(kind, limits, found)).collect();
+    json!({ "anyOf": all })
+}
+
 fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json {
     match kind {
         Kind::Number => match limits.sign {
@@ -89,20 +95,12 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             });
             if holds_numbers(items) { json!({ "anyOf": [array, in_file(found)] }) } else { array }
         }
-        Kind::OneOrEach(count) => {
-            let one = of_kind(&Kind::Number, limits, found);
-            json!({ "anyOf": [one, of_kind(&Kind::Array(&Kind::Number, *count), limits, found)] })
-        }
+        Kind::OneOrEach(count) => any_of(&[Kind::Number, Kind::Array(&Kind::Number, *count)], limits, found),
         Kind::AtRestOrEach(count) => {
-            let array = |count| Kind::Array(&Kind::Number, count);
-            let kinds = [Kind::Number, array(2), array(*count)];
-            let kinds: Vec<_> = kinds.iter().map(|kind| of_kind(kind, limits, found)).collect();
-            json!({ "anyOf": kinds })
+            let [two, each] = [2, *count].map(|count| Kind::Array(&Kind::Number, count));
+            any_of(&[Kind::Number, two, each], limits, found)
         }
-        Kind::OneOrMany => {
-            let one = of_kind(&Kind::Number, limits, found);
-            json!({ "anyOf": [one, of_kind(&Kind::List(&Kind::Number), limits, found)] })
-        }
+        Kind::OneOrMany => any_of(&[Kind::Number, Kind::List(&Kind::Number)], limits, found),
         Kind::Optional(inner) => of_kind(inner, limits, found),
         Kind::Open(inner) => {
             let word = json!({ "type": "string", "enum": [Kind::OPEN] });

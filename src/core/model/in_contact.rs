@@ -63,6 +63,17 @@ impl Overlap {
     }
 }
 
+/// How an iteration sees friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FrictionTreatment {
+    /// As it acts, with exact tangents.
+    Exact,
+    /// Linearised as an unknown of its own: at the start of an iteration, or after a step that took this fraction of the last increment.
+    Followed(f64),
+    /// Along rods with the normal forces of the state evaluated last, so that it has a potential of the velocities.
+    Held,
+}
+
 /// Contacts and stops of a model, as statics uses them.
 pub trait InContact: Dynamics {
     /// The stops and pairs of surfaces that only just touch in a shape. Allocates.
@@ -122,13 +133,8 @@ pub trait InImpact: InContact {
     /// model's length.
     fn beyond_stops(&mut self, q: &[f64], beyond: &mut Vec<f64>);
 
-    /// Selects the linearisation of friction for an iteration: at its start, or after a step that took this
-    /// fraction of the last increment. `None` selects exact tangents.
-    fn follow_friction(&mut self, length: Option<f64>);
-
-    /// Holds the normal forces of friction along rods at those of the state evaluated last, or takes those that act again. Held friction
-    /// has a potential of the velocities.
-    fn hold_friction(&mut self, holds: bool);
+    /// Selects how an iteration sees friction from here on.
+    fn treat_friction(&mut self, treatment: FrictionTreatment);
 
     /// Whether an impact in a step of size `h`, in seconds, from the coordinates and velocities `before` to the given motion is too hard
     /// for the step.

@@ -44,7 +44,7 @@ pub use energy::Energy;
 pub use facts::Facts;
 pub use forward::{ForwardScratch, SingularMass, Tree};
 pub(crate) use in_contact::REACHED;
-pub use in_contact::{ContactText, InContact, InImpact, Overlap, Reached, Softened};
+pub use in_contact::{ContactText, FrictionTreatment, InContact, InImpact, Overlap, Reached, Softened};
 pub use in_time::{Excitation, InTime};
 #[doc(hidden)]
 pub use invalid_shape::at_least;

@@ -1,9 +1,9 @@
 //! Marker traits for models of one's own without time dependence, constraints, contacts and so on.
 
 use super::{
-    ContactText, Differentiable, Dynamics, Elastic, Excitation, GainCheck, Impact, InContact, InImpact,
-    InTime, InertiaMatrix, InvalidShape, MissingStrain, OneSided, Overlap, Radius, Reached, Refinable,
-    Separation, Softened, Sprung, Switch, Tied,
+    ContactText, Differentiable, Dynamics, Elastic, Excitation, FrictionTreatment, GainCheck, Impact,
+    InContact, InImpact, InTime, InertiaMatrix, InvalidShape, MissingStrain, OneSided, Overlap, Radius,
+    Reached, Refinable, Separation, Softened, Sprung, Switch, Tied,
 };
 use crate::description::signal::{Cell, Jumps};
 use crate::error::Interrupted;
@@ -204,9 +204,7 @@ impl<M: Smooth> InImpact for M {
         beyond.clear();
     }
 
-    fn follow_friction(&mut self, _length: Option<f64>) {}
-
-    fn hold_friction(&mut self, _holds: bool) {}
+    fn treat_friction(&mut self, _treatment: FrictionTreatment) {}
 
     fn has_unresolved_impact(&mut self, _before: [&[f64]; 2], _motion: [&[f64]; 3], _h: f64) -> bool {
         false

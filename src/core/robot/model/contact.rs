@@ -3,8 +3,8 @@
 use super::{AT_REST, AnySweeps, EXPLOSION, LARGEST_GAIN, RobotModel, SMALL_GAIN};
 use crate::model::springs::LengthTendons;
 use crate::model::{
-    ContactText, Dynamics as _, ForwardScratch, GainCheck, Impact, InContact, InImpact, InvalidShape,
-    Overlap, Radius, Reached, Separation, Softened, Sprung as _, chart,
+    ContactText, Dynamics as _, ForwardScratch, FrictionTreatment, GainCheck, Impact, InContact, InImpact,
+    InvalidShape, Overlap, Radius, Reached, Separation, Softened, Sprung as _, chart,
 };
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::query::FastestImpact;
@@ -168,13 +168,10 @@ impl InImpact for RobotModel {
             .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.beyond_stops(q, facts.length, beyond)));
     }
 
-    fn follow_friction(&mut self, length: Option<f64>) {
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.follow_friction(length));
-    }
-
-    fn hold_friction(&mut self, holds: bool) {
-        self.cached.forget();
-        on_sweeps!(&mut self.sweeps, sweeps => sweeps.hold_friction(holds));
+    fn treat_friction(&mut self, treatment: FrictionTreatment) {
+        if on_sweeps!(&mut self.sweeps, sweeps => sweeps.treat_friction(treatment)) {
+            self.cached.forget();
+        }
     }
 
     fn has_unresolved_impact(&mut self, [_, qd_before]: [&[f64]; 2], motion: [&[f64]; 3], h: f64) -> bool {

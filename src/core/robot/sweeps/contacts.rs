@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Sweeps;
-use crate::model::{Overlap, Radius, Reached, Separation, Softened};
+use crate::model::{FrictionTreatment, Overlap, Radius, Reached, Separation, Softened};
 use crate::robot::effects::actuator::force as actuation;
 use crate::robot::effects::contact::query::ReportedTouch;
 use crate::robot::effects::contact::state::ContactState;
@@ -178,17 +178,23 @@ impl<G: Turning> Sweeps<G> {
         most
     }
 
-    /// Selects the linearisation of friction.
-    pub(crate) fn follow_friction(&mut self, length: Option<f64>) {
+    /// Selects how an iteration sees friction. Returns whether its forces change.
+    pub(crate) fn treat_friction(&mut self, treatment: FrictionTreatment) -> bool {
+        let length = match treatment {
+            FrictionTreatment::Followed(length) => Some(length),
+            FrictionTreatment::Exact | FrictionTreatment::Held => None,
+        };
         let followed = &mut self.tangent.effects.contact.followed;
         followed.is_new |= length.is_none();
         followed.length = length;
-    }
-
-    /// Holds the normal forces of friction along rods at those of the motion evaluated last, or takes those that act again.
-    pub(crate) fn hold_friction(&mut self, holds: bool) {
-        self.work.effects.contact.hold_friction(holds);
-        self.forget_touches();
+        let contact = &mut self.work.effects.contact;
+        let holds = treatment == FrictionTreatment::Held;
+        let changes = holds || contact.held.is_some();
+        if changes {
+            contact.hold_friction(holds);
+            self.forget_touches();
+        }
+        changes
     }
 
     /// Whether nothing touches in the motion evaluated last.

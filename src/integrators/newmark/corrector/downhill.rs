@@ -17,7 +17,7 @@ use super::super::trial::Trial;
 use super::{Corrector, Friction};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved, model_at};
-use crate::model::{InImpact, Radius, have_tunnelled};
+use crate::model::{FrictionTreatment, InImpact, Radius, have_tunnelled};
 use crate::numerics::linalg::{Matrix, dot};
 
 /// Maximum number of increments. Catheters in bent vessels take 10 to 150, with much friction up to all: with 200 a nitinol wire with friction
@@ -94,11 +94,11 @@ impl<V: Numbers> Corrector<V> {
             // As in the last equilibrium: the guess may be deep in a surface.
             counters.nfev += 1;
             system.residual(origin.t, origin.q, origin.v, last, &mut self.residual)?;
-            model_at(system, origin.t)?.hold_friction(true);
+            model_at(system, origin.t)?.treat_friction(FrictionTreatment::Held);
         }
         let found = self.descend(system, trial, last, h, counters);
         if holds_friction && let Some(model) = system.model() {
-            model.hold_friction(false);
+            model.treat_friction(FrictionTreatment::Exact);
         }
         found
     }
@@ -130,7 +130,7 @@ impl<V: Numbers> Corrector<V> {
             let moved = self.displacement();
             if is_first && damping.shift == 0.0 && moved <= NEAR_THE_FIRST {
                 is_first = false;
-                model_at(system, trial.t)?.hold_friction(true);
+                model_at(system, trial.t)?.treat_friction(FrictionTreatment::Held);
                 self.evaluate_residual(system, trial, counters)?;
                 continue;
             }
@@ -139,7 +139,7 @@ impl<V: Numbers> Corrector<V> {
                 if outcome.is_ok() || !holds_friction {
                     return Ok(outcome);
                 }
-                model_at(system, trial.t)?.hold_friction(true);
+                model_at(system, trial.t)?.treat_friction(FrictionTreatment::Held);
                 self.evaluate_residual(system, trial, counters)?;
                 continue;
             }
@@ -167,7 +167,7 @@ impl<V: Numbers> Corrector<V> {
         counters: &mut Counters,
     ) -> Solved {
         let (place, accelerations) = (trial.q.to_vec(), trial.a.to_vec());
-        model_at(system, trial.t)?.hold_friction(false);
+        model_at(system, trial.t)?.treat_friction(FrictionTreatment::Exact);
         let solved = self.with_fresh_jacobians(system, trial, [last; 2], h, Friction::Exact, counters)?;
         let passes = solved.is_ok() && passes_through(system, trial.t, [&place, &trial.q])?;
         let outcome = if passes { Err(Failure::PassedThrough) } else { solved };

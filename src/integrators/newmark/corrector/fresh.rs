@@ -9,7 +9,7 @@ use super::{
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed};
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
-use crate::model::InImpact;
+use crate::model::{FrictionTreatment, InImpact};
 use crate::numerics::linalg::dot;
 
 /// Maximum number of iterations of a solve.
@@ -65,7 +65,7 @@ impl<V: Numbers> Corrector<V> {
         for iteration in 0..MAX_FULL_ITERATIONS {
             if renew {
                 if let Some(model) = system.model().filter(|_| friction == Friction::Followed) {
-                    model.follow_friction(Some(length));
+                    model.treat_friction(FrictionTreatment::Followed(length));
                 }
                 if let Err(failure) = self.evaluate_jacobian(system, trial, h, counters)? {
                     return Ok(Err(failure));

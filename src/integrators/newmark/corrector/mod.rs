@@ -27,7 +27,7 @@ use super::trial::Trial;
 use crate::error::Interrupted;
 use crate::integrators::chord::{SLOWEST_RATE, iterations_needed, remaining_error};
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Solved};
-use crate::model::InImpact;
+use crate::model::{FrictionTreatment, InImpact};
 use crate::numerics::tape::Tape;
 
 /// Maximum number of iterations before the next fallback of [`Corrector::solve`].
@@ -121,7 +121,7 @@ struct SolveProgress {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Friction {
     Exact,
-    /// As an unknown of its own ([`InImpact::follow_friction`]), which finds where sliding reverses.
+    /// As an unknown of its own ([`FrictionTreatment::Followed`]), which finds where sliding reverses.
     Followed,
 }
 
@@ -370,7 +370,7 @@ impl<V: Numbers> Corrector<V> {
             if !V::IS_PLAIN
                 && let Some(model) = system.model()
             {
-                model.follow_friction(None);
+                model.treat_friction(FrictionTreatment::Exact);
             }
             outcome = solved?;
             if outcome.is_err() && may_soften && !begins_softly && may_touch::<_, V>(system) {

@@ -89,11 +89,7 @@ fn of_piece<G: Space>(plan: &Plan<G>, piece: &PiecePlan<G>) -> Vec<Mobility> {
                 coordinate: component.first + degree,
                 turn: if is_angular { whole } else { 0.0 },
                 // A stretched curve has a larger ball, too.
-                shift: if is_angular {
-                    0.0
-                } else {
-                    whole + LARGEST_RADIUS * largest * piece.length
-                },
+                shift: if is_angular { 0.0 } else { whole + LARGEST_RADIUS * largest * piece.length },
             });
         }
     }

@@ -436,7 +436,9 @@ mod tests {
         let faster = [[v(0.2, 0.2, 0.4), v(-0.3, 0.5, 0.6)], [v(0.1, -0.5, 0.2), v(0.4, 0.1, -0.7)]];
         let frictions = [([0.0; 3], 0.0), ([0.5; 3], 0.0), ([0.2, 0.6, 1.1], 0.0), ([0.5; 3], 0.8)];
         // As it acts, and held at a normal force, which is limited to twice the one that acts.
-        for (friction, held) in frictions.into_iter().flat_map(|friction| [(friction, None), (friction, Some(0.7))]) {
+        for (friction, held) in
+            frictions.into_iter().flat_map(|friction| [(friction, None), (friction, Some(0.7))])
+        {
             let contact_point = |centres, motions, axis, friction| ContactPoint {
                 held,
                 ..contact_point(centres, motions, axis, friction)
