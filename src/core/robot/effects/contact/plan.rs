@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use crate::description::rod::Integral;
 use crate::numerics::lie::Vector;
+use crate::robot::effects::contact::friction::FrictionAlong;
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::Law;
 use crate::robot::plan::space::Space;
@@ -195,6 +196,8 @@ pub(crate) struct Pair {
     pub(crate) is_turned: bool,
     pub(crate) sides: [Side; 2],
     pub(crate) law: Law,
+    /// Friction along the first side, if it varies; the law has the largest.
+    pub(crate) friction_along: Option<FrictionAlong>,
     /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
     pub(crate) thickness: f64,
     pub(crate) power: i32,
