@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Contact;
-use super::plan::{Curve, Pair};
+use super::plan::{Curve, FrictionAlong, Pair};
 use super::shapes::touch::Law;
 use super::state::SidePlace;
 use crate::description::rod::Profile;
@@ -63,14 +63,6 @@ impl Data for Coefficients {
             Self::Along(table) => Value::Part(Arc::new(AlongRod::Table(table.clone()))),
         }
     }
-}
-
-/// The coefficient of sliding friction as a function of the arc length of a rod.
-#[derive(Clone, Debug)]
-pub(crate) struct FrictionAlong {
-    profile: Profile<1>,
-    /// Length of the rod, metres.
-    length: f64,
 }
 
 impl FrictionAlong {

@@ -2,9 +2,8 @@
 
 use std::ops::Range;
 
-use crate::description::rod::Integral;
+use crate::description::rod::{Integral, Profile};
 use crate::numerics::lie::Vector;
-use crate::robot::effects::contact::friction::FrictionAlong;
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::Law;
 use crate::robot::plan::space::Space;
@@ -186,6 +185,14 @@ pub(crate) enum Side {
     /// Corners and edges of a body, against a solid.
     Body(usize),
     Solid(usize),
+}
+
+/// The coefficient of sliding friction as a function of the arc length of a rod.
+#[derive(Clone, Debug)]
+pub(crate) struct FrictionAlong {
+    pub(crate) profile: Profile<1>,
+    /// Length of the rod, metres.
+    pub(crate) length: f64,
 }
 
 /// A pair of surfaces that can touch. If one of them is a rod, it is the first.
