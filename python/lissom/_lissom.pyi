@@ -899,7 +899,7 @@ class Contact(Part):
         *,
         stiffness: float | Literal["material"] | None = None,
         dissipation: float = 1.0,
-        friction: ArrayLike = 0.0,
+        friction: ArrayLike | tuple[ArrayLike, ArrayLike] = 0.0,
         static_friction: float | None = None,
         stribeck_velocity: float = 0.1,
         slip_velocity: float = 0.0001,
@@ -915,7 +915,7 @@ class Contact(Part):
     @property
     def dissipation(self) -> float: ...
     @property
-    def friction(self) -> tuple[float, float, float]: ...
+    def friction(self) -> tuple[float, float, float] | tuple[tuple[float, ...], tuple[float, ...]]: ...
     @property
     def static_friction(self) -> float | None: ...
     @property

@@ -398,10 +398,8 @@ pub(super) fn along_rod(
     if value.is_callable() {
         return functions.function(value, format!("{name}(X)")).map(AlongRod::Function);
     }
-    if let Some((stations, values)) = table(value)? {
-        let stations = convert::vector(&stations, &format!("{name}, stations"))?;
-        let values = convert::vector(&values, &format!("{name}, values"))?;
-        return Ok(AlongRod::Table(AlongRodTable { stations, values }));
+    if let Some(table) = table_along_rod(value, name)? {
+        return Ok(table);
     }
     let is_sequence = value.is_instance_of::<PyTuple>() || value.is_instance_of::<PyList>();
     if is_sequence && value.len()? == 2 {
@@ -409,6 +407,14 @@ pub(super) fn along_rod(
     }
     let [number] = value_of(value, &[], name)?;
     Ok(AlongRod::Constant(number))
+}
+
+/// Numbers at stations along a rod, where `value` is a pair of arrays.
+pub(super) fn table_along_rod(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Option<AlongRod>> {
+    let Some((stations, values)) = table(value)? else { return Ok(None) };
+    let stations = convert::vector(&stations, &format!("{name}, stations"))?;
+    let values = convert::vector(&values, &format!("{name}, values"))?;
+    Ok(Some(AlongRod::Table(AlongRodTable { stations, values })))
 }
 
 /// The Python object of a number along a rod.

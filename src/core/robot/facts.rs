@@ -26,7 +26,7 @@ pub(super) fn of<G: Turning>(robot: &Robot, sweeps: &Sweeps<G>, coordinates: &Co
     let actuators = &plan.effects.actuation.actuators;
     let (has_contact, has_stops) = (!robot.contacts.is_empty(), sweeps.has_stops());
     let has_tendon_friction = actuators.iter().any(|actuator| actuator.friction.is_some());
-    let has_rough_contact = robot.contacts.iter().any(|contact| contact.friction != [0.0; 3]);
+    let has_rough_contact = robot.contacts.iter().any(|contact| contact.largest_friction() != [0.0; 3]);
     let are_sections_separate = coordinates.are_own() && robot.has_separate_sections();
     let are_lengths_free = are_sections_separate && robot.has_all_at_tips();
     let vary_coordinates = coordinates.vary_in_time();

@@ -35,11 +35,10 @@ fn literal(value: &Value) -> String {
 fn default_of(field: &Field) -> Option<String> {
     let default = field.default.filter(|_| !field.is_required())?();
     match (&field.kind, default) {
-        (Kind::OneOrEach(_) | Kind::AtRestOrEach(_), Value::List(items))
-            if items.iter().all(|item| *item == items[0]) =>
-        {
-            Some(literal(&items[0]))
-        }
+        (
+            Kind::OneOrEach(_) | Kind::AtRestOrEach(_) | Kind::OneOf(_, [Kind::AtRestOrEach(_), _]),
+            Value::List(items),
+        ) if items.iter().all(|item| *item == items[0]) => Some(literal(&items[0])),
         (_, default) => Some(literal(&default)),
     }
 }
@@ -71,6 +70,12 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
         Kind::Array(Kind::Array(..), _) => "NDArray[np.float64]".to_owned(),
         Kind::Array(items, count) => format!("tuple[{}]", vec![inner(items); *count].join(", ")),
         Kind::List(items) => format!("tuple[{}, ...]", inner(items)),
+        Kind::OneOf(_, [Kind::AtRestOrEach(_), Kind::Part(_)]) if is_argument => {
+            "ArrayLike | tuple[ArrayLike, ArrayLike]".to_owned()
+        }
+        Kind::OneOf(_, [each @ Kind::AtRestOrEach(_), Kind::Part(_)]) => {
+            format!("{} | tuple[tuple[float, ...], tuple[float, ...]]", inner(each))
+        }
         Kind::OneOrEach(_) | Kind::AtRestOrEach(_) | Kind::OneOrMany if is_argument => "ArrayLike".to_owned(),
         Kind::OneOrMany => "float | tuple[float, ...]".to_owned(),
         Kind::OneOrEach(count) | Kind::AtRestOrEach(count) => {
@@ -130,6 +135,9 @@ fn words(kind: &Kind) -> String {
         Kind::AtRestOrEach(count) => format!("float or array_like, shape (2,) or ({count},)"),
         Kind::OneOrMany => "float or array_like, shape (n,)".to_owned(),
         Kind::Optional(kind) => format!("{}, optional", words(kind)),
+        Kind::OneOf(_, [each @ Kind::AtRestOrEach(_), Kind::Part(_)]) => {
+            format!("{}; or (stations, values)", words(each))
+        }
         Kind::OneOf(_, kinds) if base_of(kinds).is_some() => annotation(kind, true),
         Kind::OneOf(_, kinds) => {
             let mut kinds: Vec<_> = kinds.iter().map(words).collect();

@@ -17,7 +17,9 @@ use crate::description::signal::{Drive, Signal};
 use crate::python::convert;
 use crate::python::errors::at_place;
 use crate::python::model::of_file;
-use crate::python::profile::{self, along_rod, along_rod_out, along_segment, along_segment_out};
+use crate::python::profile::{
+    self, along_rod, along_rod_out, along_segment, along_segment_out, table_along_rod,
+};
 use crate::python::signal::{Functions, on_signal, signal_of, signal_out};
 use crate::python::words::no_missing;
 use crate::robot::effects::actuator::AlongRod;
@@ -172,6 +174,7 @@ pub(super) fn value_of(
         Kind::OneOf(_, [number @ (Kind::Number | Kind::OneOrEach(_)), Kind::Word(_, words)]) => {
             number_or_word(object, name, number, words, functions)
         }
+        Kind::OneOf(_, [each @ Kind::AtRestOrEach(_), _]) => number_or_table(object, name, each, functions),
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
         Kind::Open(inner) => value_of(object, name, inner, functions),
         Kind::Part(schema) if schema.is_dict => dict_of(object, name, schema),
@@ -234,6 +237,19 @@ fn parts_of_list(
             ))
         })
     })
+}
+
+/// Numbers of that kind, or a table of them along a rod.
+fn number_or_table(
+    object: &Bound<'_, PyAny>,
+    name: &str,
+    number: &Kind,
+    functions: &mut Functions,
+) -> PyResult<Value> {
+    match table_along_rod(object, name)? {
+        Some(table) => Ok(table.write()),
+        None => value_of(object, name, number, functions),
+    }
 }
 
 /// A number of that kind, or one of the words.

@@ -183,7 +183,8 @@ fn contacts(model: &RobotModel) -> Vec<Part> {
         && !facts.is_carried
         && robot.actuators.is_empty()
         && robot.links.iter().all(|link| link.driven.is_none());
-    let with_friction = robot.contacts.iter().enumerate().filter(|(_, contact)| contact.friction[0] > 0.0);
+    let with_friction =
+        robot.contacts.iter().enumerate().filter(|(_, contact)| contact.largest_friction()[0] > 0.0);
     let parts = with_friction.map(|(c, contact)| {
         let part = Part::new(Rubbing::Contact(c), contact.name.clone(), contact.slip_velocity, "m/s");
         Part { range, is_undriven, ..part }
@@ -194,7 +195,7 @@ fn contacts(model: &RobotModel) -> Vec<Part> {
 /// Whether a joint or a contact of a robot has dry friction.
 pub fn has_friction(robot: &Robot) -> bool {
     robot.links.iter().any(|link| link.joint.forces().is_some_and(|forces| forces.friction > 0.0))
-        || robot.contacts.iter().any(|contact| contact.friction[0] > 0.0)
+        || robot.contacts.iter().any(|contact| contact.largest_friction()[0] > 0.0)
 }
 
 /// All that rubs by its velocity: tendons whose sliding is commanded do not creep, nor do prescribed joints.

@@ -306,3 +306,83 @@ def test_two_coefficients_are_those_at_rest_and_of_sliding():
         lissom.Contact("a", lissom.HalfSpace(), friction=(0.3, 0.4))
     with pytest.raises(ValueError, match="2 or 3"):
         lissom.Contact("a", lissom.HalfSpace(), friction=(0.3, 0.4, 0.5, 0.6))
+
+
+#: Radius and length of a rod on a floor, where its second segment begins along it, and its overlap, m.
+THICK, LONG, JOINT, PRESSED = 0.01, 0.4, 0.12, 1e-4
+
+
+def rod_on_floor(friction, **options):
+    """A rod of two straight segments; the coordinates are those of its base."""
+    segments = [
+        lissom.Segment(
+            length, radius=THICK, young_modulus=1e7, poisson_ratio=0.3, density=1000, modes={"bend_y": 1}
+        )
+        for length in (JOINT, LONG - JOINT)
+    ]
+    link = lissom.Link("rod", joint=lissom.Free(), rod=segments, position=(0, 0, THICK))
+    floor = lissom.Contact("rod", lissom.HalfSpace(), friction=friction, stiffness=1e5, **options)
+    return lissom.Robot([link], contacts=[floor])
+
+
+def dragged(robot):
+    """The contact forces on a rod that is pressed into the floor and dragged forward and sideways."""
+    q, v = np.zeros((2, robot.n))
+    q[2], v[:2] = -PRESSED, (0.6, 0.8)
+    return robot.contact_forces(q, v)
+
+
+def test_each_part_of_a_rod_has_its_own_friction():
+    rough, slippery, step = 0.5, 0.1, 1e-6
+    stations = [0, JOINT - step, JOINT + step, LONG]
+    wrench = dragged(rod_on_floor((stations, [rough, rough, slippery, slippery])))
+    first, second = 1e5 * PRESSED * np.array([JOINT, LONG - JOINT])
+    assert_allclose(wrench[5], first + second, rtol=1e-9)
+    # The speed is 1 m/s: the slip velocity changes friction by 5e-9.
+    friction = np.array([rough * first, slippery * second])
+    assert_allclose(wrench[3:5], -friction.sum() * np.array([0.6, 0.8]), rtol=1e-7)
+    # Sideways friction turns the rod about its base by the distances of the middles of the segments.
+    middles = np.array([JOINT / 2, (JOINT + LONG) / 2])
+    assert_allclose(wrench[2], -0.8 * friction @ middles, rtol=1e-7)
+
+
+def test_friction_that_is_linear_along_a_rod_is_integrated():
+    robot = rod_on_floor(([0, LONG], [0.0, 0.6]))
+    wrench = dragged(robot)
+    normal = 1e5 * PRESSED * LONG
+    assert_allclose(wrench[3:5], -0.3 * normal * np.array([0.6, 0.8]), rtol=1e-7)
+    # int mu(s) s ds / L = 0.6 L / 3
+    assert_allclose(wrench[2], -0.8 * normal * 0.2 * LONG, rtol=1e-7)
+
+
+def test_a_constant_table_of_friction_is_its_number():
+    table, number = (dragged(rod_on_floor(mu)) for mu in [([0, 0.1, LONG], [0.3] * 3), 0.3])
+    assert np.array_equal(table, number)
+
+
+def test_friction_along_a_rod_is_kept_in_scenes():
+    robot = rod_on_floor(([0, 0.1, LONG], [0.5, 0.3, 0.1]))
+    assert robot.contacts[0].friction == ((0.0, 0.1, LONG), (0.5, 0.3, 0.1))
+    assert robot.to_scene().model == robot
+    assert "0.5 along the rod" in robot.explain()
+
+
+@pytest.mark.parametrize(
+    ("friction", "options", "words"),
+    [
+        (([0, LONG], [0.1, -0.2]), {}, r"friction\.values\[1\]"),
+        (([0, 0.3], [0.1, 0.2]), {}, r"friction\.stations\[1\]: got 0.3"),
+        (([0, 0.5], [0.1, 0.2]), {}, r"friction\.stations\[1\]: got 0.5"),
+        (([0.1, LONG], [0.1, 0.2]), {}, r"friction\.stations\[0\]"),
+        (([0, LONG], [0.1, 0.2]), {"static_friction": 0.5}, "table of `friction`"),
+    ],
+)
+def test_what_is_no_friction_along_a_rod_is_refused(friction, options, words):
+    with pytest.raises(ValueError, match=words):
+        rod_on_floor(friction, **options)
+
+
+def test_bodies_have_no_friction_along_them():
+    ball = lissom.Ball("rod", 0.01)
+    with pytest.raises(ValueError, match="a table"):
+        lissom.Contact(ball, lissom.HalfSpace(), stiffness=1e4, friction=([0, 1], [0.1, 0.2]))

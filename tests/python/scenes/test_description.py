@@ -303,7 +303,9 @@ contacts = st.one_of(
     st.builds(
         lambda shape, friction, more: Contact("arm", shape, friction=friction, **more),
         shapes,
-        st.floats(0, 2) | st.tuples(*[st.floats(0, 2)] * 3),
+        st.floats(0, 2)
+        | st.tuples(*[st.floats(0, 2)] * 3)
+        | st.lists(st.floats(0, 2), min_size=3, max_size=3).map(lambda mu: ([0, 0.1, 0.3], mu)),
         constants,
     ),
     st.builds(

@@ -586,8 +586,15 @@ friction = 0.5
 static_friction = 0.7
 stribeck_velocity = 0.02
 [[contact]]
+name = "coated"
+a = "arm"
+b = { kind = "half_space", point = [0, 0, -0.011] }
+stiffness = 1e5
+friction = { stations = [0, 0.1, 0.5], values = [0.4, 0.3, 0.05] }
+[[contact]]
 name = "crate"
 a = { link = "arm", at = 0.2, radius = 0.05, position = [0.01, 0.02, 0.03] }
+friction = [0.6, 0.4]
 b = { kind = "box", centre = [0.2, 0, -0.11], half_extents = [0.1, 0.2, 0.1], orientation = [0.6, 0, 0.8, 0] }
 stiffness = 1e4
 [[contact]]

@@ -2,7 +2,7 @@
 
 pub use super::obstacles::described::{Capsule, ConvexMesh, Cuboid, HalfSpace, HeightField, Sphere, Tube};
 use super::obstacles::{Role, shapes};
-use super::{Obstacle, Stiffness, Surface as Resolved};
+use super::{Coefficients, Obstacle, Stiffness, Surface as Resolved};
 use crate::description::schema::{
     Data, Described, Fault, Friction, Kind, Limits, LinkName, Part as _, PerAxis, Reader, Schema, Value,
 };
@@ -111,9 +111,10 @@ pub struct Contact {
     #[part(unit = "s/m", non_negative, default = super::Contact::DISSIPATION)]
     pub dissipation: f64,
     /// Coefficient of friction mu. Three numbers are for a rod that slides forward along its axis, backward, and sideways. Two numbers
-    /// are `static_friction` and mu: ``(0.6, 0.4)``.
-    #[part(non_negative, default = Friction { sliding: PerAxis([0.0; 3]), at_rest: None })]
-    pub friction: Friction<3>,
+    /// are `static_friction` and mu: ``(0.6, 0.4)``. A table of stations and values is mu along the rod of `a`: stations are arc lengths
+    /// from its start to its end, in metres, such as ``([0, 0.4, 0.5], [0.3, 0.3, 0.05])`` for a tip that is slippery.
+    #[part(non_negative, default = Coefficients::NONE)]
+    pub friction: Coefficients,
     /// Coefficient of friction at rest, mu_s, at least `friction`, which must be one number above zero then. Friction falls with the speed of sliding from
     /// mu_s to mu: ``mu + (mu_s - mu) exp(-(|v| / v_st)^2)`` (Bo and Pavelescu 1982). By default it is `friction`.
     #[part(positive)]
@@ -177,8 +178,8 @@ impl Contact {
         if self.name.is_empty() {
             self.name = self.default_name();
         }
-        if self.static_friction.is_none() {
-            self.static_friction = self.friction.at_rest.take();
+        if let (None, Coefficients::Even(friction)) = (self.static_friction, &mut self.friction) {
+            self.static_friction = friction.at_rest.take();
         }
     }
 
@@ -209,8 +210,27 @@ impl Contact {
             let advice = " in N/m: only rods have one of their own, that of their material".to_owned();
             reader.refuse("", Fault::Missing { key: "stiffness", advice });
         }
-        let Friction { sliding: PerAxis([forward, backward, sideways]), at_rest: with_friction } =
-            self.friction;
+        match &self.friction {
+            Coefficients::Even(friction) => self.friction_fits(friction, reader),
+            Coefficients::Along(_) => {
+                reader.require(
+                    is_rod(a),
+                    "friction",
+                    "a table",
+                    "a number: only the rod of a first surface, `a`, has places along it",
+                );
+                reader.require(
+                    self.static_friction.is_none(),
+                    "static_friction",
+                    "a value beside a table of `friction`",
+                    "none: `friction` is one number then",
+                );
+            }
+        }
+    }
+
+    fn friction_fits(&self, friction: &Friction<3>, reader: &mut Reader) {
+        let Friction { sliding: PerAxis([forward, backward, sideways]), at_rest: with_friction } = *friction;
         reader.require(
             with_friction.is_none(),
             "static_friction",
@@ -220,7 +240,7 @@ impl Contact {
         // NaN is even, too.
         let is_even = [backward, sideways].iter().all(|mu| mu.to_bits() == forward.to_bits());
         reader.require(
-            is_even || is_rod(a),
+            is_even || matches!(self.a, Surface::Rod(_)),
             "friction",
             "three coefficients",
             "one number: what is no rod slides alike in all directions",
@@ -246,12 +266,17 @@ impl Contact {
     pub fn resolved(&self, mut link: impl FnMut(&str, &LinkName) -> Option<usize>) -> Option<super::Contact> {
         let a = self.a.resolved("a", &mut link);
         let b = self.b.resolved("b", &mut link);
+        let (friction, friction_along) = match &self.friction {
+            Coefficients::Even(friction) => (friction.sliding.0, None),
+            Coefficients::Along(table) => ([0.0; 3], Some(table.clone())),
+        };
         Some(super::Contact {
             name: self.name.clone(),
             surfaces: [a?, b?],
             stiffness: self.stiffness,
             dissipation: self.dissipation,
-            friction: self.friction.sliding.0,
+            friction,
+            friction_along,
             static_friction: self.static_friction,
             stribeck_velocity: self.stribeck_velocity,
             slip_velocity: self.slip_velocity,
@@ -287,12 +312,16 @@ impl super::Contact {
     /// The description of this contact, of a robot whose links have these names.
     pub fn described(&self, name: &dyn Fn(usize) -> LinkName) -> Contact {
         let [a, b] = self.surfaces.each_ref().map(|surface| surface.described(name));
+        let friction = match &self.friction_along {
+            Some(table) => Coefficients::Along(table.clone()),
+            None => Coefficients::Even(Friction { sliding: PerAxis(self.friction), at_rest: None }),
+        };
         Contact {
             a,
             b,
             stiffness: self.stiffness,
             dissipation: self.dissipation,
-            friction: Friction { sliding: PerAxis(self.friction), at_rest: None },
+            friction,
             static_friction: self.static_friction,
             stribeck_velocity: self.stribeck_velocity,
             slip_velocity: self.slip_velocity,

@@ -36,7 +36,8 @@ fn pair(robot: &Robot, contact: &Contact, stiffness: f64) -> String {
         (true, None) if !is_material() => "N/m^2 for its loads",
         (true, _) => "N/m^2 of the material",
     };
-    let friction = match contact.friction {
+    let friction = match contact.largest_friction() {
+        [most, ..] if contact.friction_along.is_some() => format!("friction of up to {most} along the rod"),
         [0.0, 0.0, 0.0] => "no friction".to_owned(),
         [forward, backward, sideways] if forward == backward && forward == sideways => {
             format!("friction {forward}")

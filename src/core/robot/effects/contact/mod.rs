@@ -21,6 +21,7 @@ pub(crate) mod detection;
 pub(crate) mod explain;
 pub(crate) mod follow;
 pub(crate) mod force;
+mod friction;
 pub(crate) mod intervals;
 mod narrow_phase;
 pub mod obstacles;
@@ -37,7 +38,9 @@ use self::obstacles::Shape;
 use crate::description::rod::arc_length::check_place;
 use crate::description::schema::{Item as _, LinkName};
 use crate::error::{Checker, InvalidInput, Number};
+use crate::robot::effects::actuator::AlongRodTable;
 
+pub use self::friction::Coefficients;
 pub use self::obstacles::{
     Capsule, ConvexMesh, Cuboid, HalfSpace, HeightField, Obstacle, Sphere, Tube, centre_line,
 };
@@ -147,6 +150,8 @@ pub struct Contact {
     /// mu of the first surface for sliding forward along its rod, backward, and sideways; balls use one value
     /// for all three.
     pub friction: [f64; 3],
+    /// mu along the rod of the first surface, over its whole length and for all directions, in place of `friction`.
+    pub friction_along: Option<AlongRodTable>,
     /// Coefficient of static friction, at least that of sliding, which must then be isotropic; `None` is that of sliding.
     pub static_friction: Option<f64>,
     /// v_st, in m/s: friction falls from the static to the sliding value over about this velocity.
@@ -180,6 +185,7 @@ impl Contact {
             stiffness: None,
             dissipation: Self::DISSIPATION,
             friction: [0.0; 3],
+            friction_along: None,
             static_friction: None,
             stribeck_velocity: Self::STRIBECK_VELOCITY,
             slip_velocity: Self::SLIP_VELOCITY,
@@ -200,6 +206,7 @@ impl Contact {
         for (surface, place) in self.surfaces.iter().zip(["a", "b"]) {
             surface.check(&mut check, place, length);
         }
+        self.check_friction(&mut check, length);
         // Only whether links are equal matters here, not their names.
         let described = self.described(&|link| LinkName(link.to_string()));
         check.all(described.validate());

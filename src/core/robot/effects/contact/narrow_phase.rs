@@ -18,7 +18,7 @@ use crate::robot::effects::contact::shapes::elliptic_tube;
 use crate::robot::effects::contact::shapes::elliptic_tube::Section;
 use crate::robot::effects::contact::shapes::obstacle::{Placed, Pose, Solid};
 use crate::robot::effects::contact::shapes::slide::{AT_RIGHT_ANGLE, Slide};
-use crate::robot::effects::contact::shapes::touch::{ContactPoint, Law};
+use crate::robot::effects::contact::shapes::touch::ContactPoint;
 use crate::robot::effects::contact::shapes::tube::Tube;
 use crate::robot::effects::contact::state::{Held, Share, SidePlace, Span, Term, Touch};
 use crate::robot::plan::Plan;
@@ -776,7 +776,7 @@ impl<'a, G: Turning> Scene<'a, G> {
         let Distance { normal, curvature, .. } = nearest.distance;
         let radii = [radius, nearest.radius];
         let contact_point = ContactPoint {
-            law: Law { stiffness: pair.law.stiffness.min(self.stiffest[p]), ..pair.law },
+            law: pair.law_at(on, self.stiffest[p], &self.plan.effects.contacts.curves),
             weight,
             overlap,
             normal,

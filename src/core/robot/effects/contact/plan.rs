@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::description::rod::Integral;
+use crate::description::rod::{Integral, Profile};
 use crate::numerics::lie::Vector;
 use crate::robot::effects::contact::shapes::obstacle::Solid;
 use crate::robot::effects::contact::shapes::touch::Law;
@@ -187,6 +187,14 @@ pub(crate) enum Side {
     Solid(usize),
 }
 
+/// The coefficient of sliding friction as a function of the arc length of a rod.
+#[derive(Clone, Debug)]
+pub(crate) struct FrictionAlong {
+    pub(crate) profile: Profile<1>,
+    /// Length of the rod, metres.
+    pub(crate) length: f64,
+}
+
 /// A pair of surfaces that can touch. If one of them is a rod, it is the first.
 #[derive(Clone, Debug)]
 pub(crate) struct Pair {
@@ -195,6 +203,8 @@ pub(crate) struct Pair {
     pub(crate) is_turned: bool,
     pub(crate) sides: [Side; 2],
     pub(crate) law: Law,
+    /// Friction along the first side, if it varies; the law has the largest.
+    pub(crate) friction_along: Option<FrictionAlong>,
     /// Thickness of the thinner surface, and the power of lengths in the unit of the stiffness: 1, and 2 along a rod.
     pub(crate) thickness: f64,
     pub(crate) power: i32,

@@ -148,15 +148,9 @@ pub(crate) fn compile<G: Turning>(plan: &mut Plan<G>, robot: &Robot) {
 }
 
 fn law(contact: &Contact, stiffness: f64) -> Law {
-    let Contact {
-        dissipation,
-        friction,
-        static_friction,
-        slip_velocity,
-        stribeck_velocity,
-        patch_radius,
-        ..
-    } = *contact;
+    let Contact { dissipation, static_friction, slip_velocity, stribeck_velocity, patch_radius, .. } =
+        *contact;
+    let friction = contact.largest_friction();
     let excess = match (static_friction, friction) {
         (Some(at_rest), [sliding, ..]) if at_rest > sliding => {
             // The ratio to the friction of fast sliding, by which the law is scaled.
@@ -187,6 +181,7 @@ fn pair<G: Turning>(
         contact: number,
         is_turned,
         law,
+        friction_along: contact.varying_friction(),
         thickness,
         soft_depth,
         growth,
