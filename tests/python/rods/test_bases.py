@@ -186,7 +186,8 @@ def test_more_modes_are_compared_where_they_leave_the_others_as_they_are():
     errors = {}
     for kind in ("chebyshev", "monomial", "hermite", "piecewise_constant"):
         rod = lissom.Rod([segment({"bend_y": 4}, basis=kind)])
-        run = lissom.simulate(rod, 0.1, method="auto", rtol=1e-3)
+        # Where an error is more than twice what is asked, its bound by forces is reported without a run.
+        run = lissom.simulate(rod, 0.1, method="auto", rtol=1e-2)
         assert run.success
         errors[kind] = run.stats.space_error
     assert errors["hermite"] is errors["piecewise_constant"] is None
