@@ -115,7 +115,7 @@ impl Part {
 }
 
 /// A doubt about the part whose friction crept most in a motion of this robot, if it crept far. Costs an evaluation of the motion for each
-/// tendon with friction and time, and [`MOST_TIMES`] for all contacts. Only a function of time can fail.
+/// tendon with friction and time, and `MOST_TIMES` for all contacts. Only a function of time can fail.
 pub fn creep(model: &mut RobotModel, simulation: &Simulation) -> Result<Option<String>, Interrupted> {
     let Simulation { t, q, v, u, n, .. } = simulation;
     let (mut parts, mut contacts) = (rubbing(model), contacts(model));
