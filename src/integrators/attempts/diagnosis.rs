@@ -1,6 +1,6 @@
 //! Diagnosis of attempted steps: contacts, stops and impacts that the solver of a step does not see.
 
-use super::impacts::{Impacts, Remedy, ResolvedLoss, StoppedImpact, StoppedImpacts};
+use super::impacts::{FollowedImpact, Impacts, Remedy, ResolvedLoss, StoppedImpact, StoppedImpacts};
 use crate::error::{Interrupted, Number, Time};
 use crate::integrators::second_order::set_motion;
 use crate::model::{
@@ -116,6 +116,10 @@ pub(crate) struct Unilateral {
     /// Whether they touched in any iterate of that step.
     pub(crate) has_touched: bool,
     pub(super) impacts: Impacts,
+    /// Whether impacts are followed in parts of a step of fixed size rather than stopped, if contacts would give back much energy; the one
+    /// that is followed, or that has not ended with the last step.
+    follows: bool,
+    pub(super) followed: Option<FollowedImpact>,
     /// Whether steps of fixed size are repeated if impacts matter; then also the size of the last step, and how the surfaces that collide in
     /// it would separate.
     resolves: bool,
@@ -336,9 +340,24 @@ impl Unilateral {
         self.snapshot = None;
     }
 
-    /// Sets whether steps of fixed size are repeated if impacts matter.
-    pub(crate) fn set_resolving(&mut self, resolves: bool) {
-        self.resolves = resolves;
+    /// Sets whether steps of fixed size are repeated if impacts matter, and whether they follow impacts in parts.
+    pub(crate) fn set_treatment(&mut self, [resolves, follows]: [bool; 2]) {
+        (self.resolves, self.follows) = (resolves, follows);
+    }
+
+    /// The impact that a step of size `h` to `t` has stopped, if it is to be followed in parts of the step instead.
+    pub(super) fn to_follow(&self, impact: &Impact, t: f64, h: f64) -> Option<FollowedImpact> {
+        if self.follows { self.impacts.followed(impact, t, h) } else { None }
+    }
+
+    /// The impact that was followed up to time `t` and has not ended.
+    pub(super) fn unfinished(&self, t: f64) -> Option<FollowedImpact> {
+        self.followed.filter(|followed| self.touches && followed.lasts(t))
+    }
+
+    /// Whether surfaces touch, at the start of a step or at the end of an attempted one, whose size does not resolve the followed impact.
+    pub(super) fn is_too_long(&self, touches: bool, h: f64) -> bool {
+        touches && self.followed.is_some_and(|followed| !followed.is_resolved_by(h))
     }
 
     /// The motion starts in this shape, in which surfaces may overlap.
@@ -490,7 +509,16 @@ impl Unilateral {
         tape.below(STEPS_AFTER_STOP + 1, &mut self.steps_without_memory);
         tape.count(&mut self.parts);
         tape.flag(&mut self.touches);
-        tape.flag(&mut self.resumes);
+        // In one number: simulations saved by earlier versions know whether motions resume alone.
+        let mut state = usize::from(self.resumes) + 2 * usize::from(self.followed.is_some());
+        tape.below(4, &mut state);
+        self.resumes = state % 2 == 1;
+        if tape.reads() {
+            self.followed = (state >= 2).then(FollowedImpact::default);
+        }
+        if let Some(followed) = &mut self.followed {
+            followed.serialise(tape);
+        }
         self.impacts.serialise(tape);
     }
 }

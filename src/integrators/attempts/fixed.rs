@@ -1,10 +1,11 @@
 //! Steps of fixed size.
 
 use super::diagnosis::{Diagnosis, Kind, knows_losses};
-use super::{Ends, Stepper, Unilateral};
+use super::impacts::{self, FollowedImpact};
+use super::{Stepper, Unilateral};
 use crate::error::Interrupted;
 use crate::integrators::second_order::{Failure, SecondOrderSystem, Solved, model_at, model_of};
-use crate::model::InImpact;
+use crate::model::{Impact, InImpact};
 
 /// Maximum number of halvings of a step with constraints that fails.
 const MOST_HALVINGS: usize = 8;
@@ -52,6 +53,9 @@ pub(crate) trait Fixed: Stepper + Clone {
 
     /// Marks tangents and factors as those of another step.
     fn forget(&mut self);
+
+    /// Makes the next step one that does not use the accelerations at its start.
+    fn distrust_accelerations(&mut self);
 }
 
 /// Makes a step; without memory, or in parts, if necessary. Allocates if it is made in parts.
@@ -61,8 +65,8 @@ pub(crate) fn fixed_step<T: Fixed, S: SecondOrderSystem + ?Sized>(
     t_new: f64,
     h: f64,
 ) -> Solved {
+    let is_one_sided = !T::IS_PLAIN && is_one_sided(system);
     let facts = system.facts();
-    let is_one_sided = !T::IS_PLAIN && (facts.has_contact || facts.is_one_sided);
     let has_constraints = !T::IS_PLAIN && facts.constraints() > 0;
     let has_inertia = T::IS_PLAIN || stepper.has_inertia();
     let mut steps = FallbackSteps { stepper, system };
@@ -82,6 +86,12 @@ pub(crate) fn fixed_step<T: Fixed, S: SecondOrderSystem + ?Sized>(
     }
 }
 
+/// Whether surfaces may touch, or tendons become slack.
+fn is_one_sided<S: SecondOrderSystem + ?Sized>(system: &S) -> bool {
+    let facts = system.facts();
+    facts.has_contact || facts.is_one_sided
+}
+
 struct FallbackSteps<'a, T, S: ?Sized> {
     stepper: &'a mut T,
     system: &'a mut S,
@@ -98,21 +108,37 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             && self.diagnose(Memory::Kept)? == Diagnosis::Valid
             && !(resumes && self.excites()?)
         {
-            let (ends, unilateral) = self.stepper.tried();
-            (unilateral.steps_without_memory, unilateral.parts) = (0, 0);
-            unilateral.follow_impact(model_of(self.system), &ends)?;
-            unilateral.follow_separation(model_of(self.system), &ends)?;
-            self.accept()?;
+            self.accept_with_memory()?;
+            self.unilateral().followed = None;
             return Ok(Ok(()));
         }
         self.unilateral().forget();
-        // 2. Without memory, like the next step then: colliding bodies do not rebound
-        // (`test_what_meets_within_a_step_does_not_rebound`). What has just been made in parts mostly fails again.
-        if self.unilateral().tries_whole() && self.part(t_new, h, Memory::Dropped)?.is_ok() {
-            self.unilateral().parts = 0;
+        // 2. In parts, if an impact goes on that was followed up to here.
+        if let Some(impact) = self.unilateral().unfinished(t_new - h)
+            && self.follow(impact, t_new)?
+        {
             return Ok(Ok(()));
         }
-        // 3. In parts: the shorter a step, the more inertia dominates over contact stiffness. Wedged rods and steep friction need
+        self.unilateral().followed = None;
+        // 3. Without memory, like the next step then: colliding bodies do not rebound
+        // (`test_what_meets_within_a_step_does_not_rebound`), unless they are followed in parts. What has just been made in parts
+        // mostly fails again.
+        if self.unilateral().tries_whole() && self.try_valid(t_new, h, Memory::Dropped)?.is_ok() {
+            let impact = self.stopped_impact()?;
+            let followed = impact.as_ref().and_then(|impact| self.unilateral().to_follow(impact, t_new, h));
+            if let Some(impact) = followed
+                && self.follow(impact, t_new)?
+            {
+                return Ok(Ok(()));
+            }
+            // Parts that could not be made have replaced the attempt.
+            if followed.is_none() || self.try_valid(t_new, h, Memory::Dropped)?.is_ok() {
+                self.accept_without_memory(impact)?;
+                self.unilateral().parts = 0;
+                return Ok(Ok(()));
+            }
+        }
+        // 4. In parts: the shorter a step, the more inertia dominates over contact stiffness. Wedged rods and steep friction need
         // that (`test_contact_hard`), and so do surfaces that would pass through each other (`test_contact_passing`).
         if self.in_parts(t_new, Memory::Dropped, MOST_HALVINGS_IN_CONTACT)?.is_ok() {
             let unilateral = self.unilateral();
@@ -120,7 +146,7 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             unilateral.parts += 1;
             return Ok(Ok(()));
         }
-        // 4. The whole step without memory: if its end is invalid for any size, the run reports why (`deep_penetration`, `unresolved`).
+        // 5. The whole step without memory: if its end is invalid for any size, the run reports why (`deep_penetration`, `unresolved`).
         let solved = self.try_step(t_new, h, Memory::Dropped)?;
         if solved.is_ok() {
             let (ends, unilateral) = self.stepper.tried();
@@ -128,9 +154,25 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             if matches!(found, Diagnosis::Crossed | Diagnosis::Explodes) {
                 return Ok(Err(Failure::PassedThrough));
             }
-            self.accept_without_memory()?;
+            let impact = self.stopped_impact()?;
+            self.accept_without_memory(impact)?;
         }
         Ok(solved)
+    }
+
+    /// Makes a step with an impact in parts by the scheme of the method. Returns whether they could be made; if not, the step has not begun.
+    fn follow(&mut self, impact: FollowedImpact, t_new: f64) -> Result<bool, Interrupted> {
+        self.unilateral().followed = Some(impact);
+        let is_made = self.in_parts(t_new, Memory::Kept, impacts::MOST_HALVINGS)?.is_ok();
+        let unilateral = self.unilateral();
+        if !is_made || !unilateral.touches {
+            unilateral.followed = None;
+        }
+        if is_made && !unilateral.touches {
+            // Those of vibrations after an impact make whole steps gain energy.
+            self.stepper.distrust_accelerations();
+        }
+        Ok(is_made)
     }
 
     /// A step without inertia, to an equilibrium, so that impacts have no energy. In shorter steps loads change less, and damping and
@@ -201,28 +243,58 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
         unilateral.diagnose(model_of(self.system), &ends, kind)
     }
 
-    /// Makes a step, or a part of one. Steps without memory or without inertia must be valid.
-    fn part(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
+    /// Attempts a step that must be valid.
+    fn try_valid(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
         if let Err(failure) = self.try_step(t_new, h, memory)? {
             return Ok(Err(failure));
         }
-        if T::IS_PLAIN || memory == Memory::Kept && self.stepper.has_inertia() {
-            self.stepper.accept(self.system)?;
-        } else if !self.stepper.has_inertia() {
-            if self.diagnose(memory)? != Diagnosis::Valid {
-                return Ok(Err(Failure::NotConverged));
+        let is_valid = self.diagnose(memory)? == Diagnosis::Valid;
+        Ok(if is_valid { Ok(()) } else { Err(Failure::NotConverged) })
+    }
+
+    /// Makes a step, or a part of one. Where surfaces or tendons act, it must be valid.
+    fn part(&mut self, t_new: f64, h: f64, memory: Memory) -> Solved {
+        let has_inertia = T::IS_PLAIN || self.stepper.has_inertia();
+        if memory == Memory::Kept && has_inertia && (T::IS_PLAIN || !is_one_sided(self.system)) {
+            if let Err(failure) = self.try_step(t_new, h, memory)? {
+                return Ok(Err(failure));
             }
-            self.accept()?;
-        } else if self.diagnose(memory)? == Diagnosis::Valid {
-            self.accept_without_memory()?;
-        } else {
+            self.stepper.accept(self.system)?;
+            return Ok(Ok(()));
+        }
+        let unilateral = self.unilateral();
+        if unilateral.is_too_long(unilateral.touches, h) {
             return Ok(Err(Failure::NotConverged));
+        }
+        if let Err(failure) = self.try_valid(t_new, h, memory)? {
+            return Ok(Err(failure));
+        }
+        let unilateral = self.unilateral();
+        if unilateral.is_too_long(unilateral.will_touch, h) {
+            return Ok(Err(Failure::NotConverged));
+        }
+        match memory {
+            _ if !has_inertia => self.accept()?,
+            Memory::Kept => self.accept_with_memory()?,
+            Memory::Dropped => {
+                let impact = self.stopped_impact()?;
+                self.accept_without_memory(impact)?;
+            }
         }
         Ok(Ok(()))
     }
 
-    /// Accepts a step without memory, which may have stopped an impact.
-    fn accept_without_memory(&mut self) -> Result<(), Interrupted> {
+    /// Accepts a step in which surfaces may touch, by the scheme of the method.
+    fn accept_with_memory(&mut self) -> Result<(), Interrupted> {
+        let (ends, unilateral) = self.stepper.tried();
+        (unilateral.steps_without_memory, unilateral.parts) = (0, 0);
+        unilateral.follow_impact(model_of(self.system), &ends)?;
+        unilateral.follow_separation(model_of(self.system), &ends)?;
+        self.accept()
+    }
+
+    /// Examines an attempted step without memory; returns the impact that it has stopped, if that may matter.
+    fn stopped_impact(&mut self) -> Result<Option<Impact>, Interrupted> {
         let (ends, unilateral) = self.stepper.tried();
         let model = model_of(self.system);
         unilateral.steps_without_memory = match unilateral.is_unresolved(model, &ends)? {
@@ -230,18 +302,20 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             false => unilateral.steps_without_memory.saturating_sub(1),
         };
         unilateral.follow_separation(model, &ends)?;
-        let has_rods = model.facts().has_rods_in_contact;
-        let counts = unilateral.counts();
-        let impact = if unilateral.will_touch && (counts || has_rods) {
-            let Ends { t: [_, t], h, .. } = ends;
-            model_at(self.system, t)?.impact(ends.before(), ends.after(), h)
-        } else {
-            None
-        };
+        if !unilateral.will_touch || !(unilateral.counts() || model.facts().has_rods_in_contact) {
+            return Ok(None);
+        }
+        Ok(model_at(self.system, ends.t[1])?.impact(ends.before(), ends.after(), ends.h))
+    }
+
+    /// Accepts a step without memory, which may have stopped an impact.
+    fn accept_without_memory(&mut self, impact: Option<Impact>) -> Result<(), Interrupted> {
+        let (ends, unilateral) = self.stepper.tried();
+        let has_rods = model_of(self.system).facts().has_rods_in_contact;
         if let Some(impact) = impact.as_ref().filter(|_| has_rods) {
             unilateral.record_stopped(impact, &ends);
         }
-        match impact.filter(|_| counts) {
+        match impact.filter(|_| unilateral.counts()) {
             Some(impact) => {
                 unilateral.impacts.count(ends.t[1], &impact, knows_losses(self.system.facts()));
                 unilateral.forget();

@@ -29,6 +29,16 @@ const RECOMMENDED_STEP_FACTOR: f64 = 0.25;
 /// Steps over which losses in an impact of rods are added up: waves run through a rod in that time, if steps are too long for the impact.
 const STEPS_OF_WAVES: f64 = 4.0;
 
+/// Impacts are followed in parts of a step that would otherwise take this part of the largest kinetic energy which contacts give back.
+const FOLLOWED_LOSS: f64 = 0.1;
+
+/// Least number of parts in which an impact is followed. A soft rod that falls flat, with steps of 2 and 5 ms, loses 0.64 to 0.71 of its energy
+/// in 24 falls, 0.65 with short steps; in three parts 0.36 to 0.93.
+const PARTS_OF_AN_IMPACT: f64 = 8.0;
+
+/// Maximum number of halvings of a step that follows an impact.
+pub(super) const MOST_HALVINGS: usize = 5;
+
 /// What users can do about impacts that steps have stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Remedy {
@@ -71,6 +81,40 @@ impl Losses {
             (self.worst, self.at) = (lost, t);
             (self.contact, self.longest) = (impact.contact, impact.longest);
         }
+    }
+}
+
+/// An impact that steps follow in parts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct FollowedImpact {
+    /// Longest part of a step in which surfaces touch, in seconds.
+    longest_part: f64,
+    /// Time at which it is over.
+    end: f64,
+}
+
+impl FollowedImpact {
+    /// Follows an impact in a step of size `h` to `t`; `None` if its parts would be too long.
+    fn new(impact: &Impact, t: f64, h: f64) -> Option<Self> {
+        let duration = STEPS_OF_AN_IMPACT * impact.longest;
+        let longest_part = duration / PARTS_OF_AN_IMPACT;
+        (h <= longest_part * f64::from(1 << MOST_HALVINGS))
+            .then_some(Self { longest_part, end: t + duration })
+    }
+
+    /// Whether surfaces may touch in a part of this size.
+    pub(super) fn is_resolved_by(&self, h: f64) -> bool {
+        h <= self.longest_part
+    }
+
+    /// Whether it may go on at this time.
+    pub(super) fn lasts(&self, t: f64) -> bool {
+        t < self.end
+    }
+
+    pub(super) fn serialise(&mut self, tape: &mut Tape<'_>) {
+        tape.number(&mut self.longest_part);
+        tape.number(&mut self.end);
     }
 }
 
@@ -194,6 +238,12 @@ impl Impacts {
         self.is_known |= is_known;
         self.largest.add(impact.kinetic, impact.elastic);
         self.of_law.add(t, impact.lost, impact);
+    }
+
+    /// The impact that a step of size `h` to `t` has stopped, if it is to be followed instead.
+    pub(super) fn followed(&self, impact: &Impact, t: f64, h: f64) -> Option<FollowedImpact> {
+        let matters = impact.lost > FOLLOWED_LOSS * impact.kinetic.max(self.largest.kinetic);
+        if matters { FollowedImpact::new(impact, t, h) } else { None }
     }
 
     /// Records the energies at an impact of rods.

@@ -24,7 +24,8 @@ pub enum Predictor {
 /// Treatment of impacts that are shorter than steps of fixed size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Described)]
 pub enum Impacts {
-    /// Resolved in robots of rigid parts, stopped in those with rods.
+    /// Resolved in robots of rigid parts. In those with rods followed in parts of the step, where these are few and contacts give back much
+    /// energy, and stopped otherwise.
     #[default]
     Auto,
     /// Stopped: bodies that collide within a step do not rebound.
@@ -43,6 +44,11 @@ impl Impacts {
             Self::Resolved => true,
         };
         asks && facts.has_contact && !facts.is_one_sided
+    }
+
+    /// Whether impacts of such a model are followed in parts of steps of fixed size.
+    pub(crate) fn are_followed(self, facts: &Facts) -> bool {
+        self == Self::Auto && !self.are_resolved(facts) && facts.has_contact && !facts.is_one_sided
     }
 }
 

@@ -81,4 +81,8 @@ impl<V: Numbers> Fixed for StepperOf<V> {
     fn forget(&mut self) {
         self.corrector.forget_jacobian();
     }
+
+    fn distrust_accelerations(&mut self) {
+        self.is_after_jump = true;
+    }
 }

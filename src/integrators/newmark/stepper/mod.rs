@@ -226,7 +226,10 @@ impl<V: Numbers> StepperOf<V> {
         let facts = system.facts();
         (self.has_contact, self.has_corners) = (facts.has_contact, facts.varies_in_time);
         (self.is_one_sided, self.rank) = (facts.is_one_sided, facts.constraints());
-        self.unilateral.set_resolving(self.options.impacts.are_resolved(facts));
+        let impacts = self.options.impacts;
+        // After an impact the next step is one of two stages, which only unconditionally stable members go on from.
+        let follows = impacts.are_followed(facts) && self.scheme.stability_limit().is_infinite();
+        self.unilateral.set_treatment([impacts.are_resolved(facts), follows]);
         self.pulls.resize(if self.is_one_sided { self.rank } else { 0 }, 0.0);
         let unknowns = self.q.len() + facts.constraints();
         for values in [&mut self.a, &mut self.a_old, &mut self.guessed] {
