@@ -101,7 +101,8 @@ def test_steps_of_a_pile_take_few_iterations(fallen):
     robot, run = fallen
     assert len(robot.touches(run.q[-1], run.v[-1])) > 100
     assert run.stats.newton_iterations <= 10 * run.stats.steps
-    assert run.stats.steps <= 125
+    # 120 steps, and parts of those in which the first rods rebound.
+    assert run.stats.steps <= 150
 
 
 @pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")

@@ -1,6 +1,7 @@
 """Steps of fixed size that resolve impacts: against exact rebounds, and against Radau's method by itself."""
 
 import copy
+import pickle
 import warnings
 
 import numpy as np
@@ -157,6 +158,63 @@ def test_a_rod_that_falls_on_its_end(retardation_time):
     assert tops[1] > 0.18
     assert_allclose(tops[0], tops[1], atol=1.5e-3)
     assert result.stats.nfev < 0.3 * fine.stats.nfev
+
+
+def falling_rod(height, **contact):
+    """A soft rod above a floor that falls flat, and the energy of its fall. Its impact takes 1.8 ms."""
+    segment = Segment(
+        0.3, 0.01, 1e6, poisson_ratio=0.45, density=1000, modes={"bend_y": 2}, retardation_time=0.01
+    )
+    rod = Link("rod", joint=Free(), rod=[segment], position=(0, 0, 0.01 + height))
+    robot = Robot([rod], contacts=[Contact("rod", FLOOR, **contact)])
+    return robot, 1000 * np.pi * 0.01**2 * 0.3 * G * height
+
+
+def lost_by(robot, fallen, **options):
+    run = lissom.simulate(robot, 0.15, **options)
+    assert run.success, run.message
+    energy = np.array([robot.energy(q, v).total for q, v in zip(run.q, run.v, strict=True)]) / fallen
+    return energy[0] - energy[-1], np.diff(energy).max(), run
+
+
+@pytest.mark.parametrize("height", np.linspace(0.05, 0.0625, 8))
+@pytest.mark.parametrize("dt", [2e-3, 5e-3])
+def test_a_soft_rod_that_falls_flat_rebounds(dt, height):
+    """Steps that are too long for its impact are made in parts, wherever in a step it begins."""
+    robot, fallen = falling_rod(height)
+    lost, gained, run = lost_by(robot, fallen, dt=dt)
+    exact, _, _ = lost_by(robot, fallen, method="radau", rtol=1e-7, atol=1e-10)
+    assert 0.6 < exact < 0.7
+    assert_allclose(lost, exact, atol=0.1)
+    assert gained < 0.01
+    assert run.stats.newton_iterations < 3 * 0.15 / dt + 120
+    with pytest.warns(lissom.AccuracyWarning, match="suppress rebounds"):
+        stopped, _, _ = lost_by(robot, fallen, dt=dt, method=STOPPED)
+    assert_allclose(stopped, 1.0, atol=0.01)
+
+
+@pytest.mark.filterwarnings(
+    "ignore:Between t = .* the energy rises by [123]\\.[0-9] %:lissom.AccuracyWarning"
+)
+@pytest.mark.parametrize("height", np.linspace(0.05, 0.0625, 8))
+@pytest.mark.parametrize("dt", [1e-3, 2e-3, 5e-3])
+def test_a_soft_rod_keeps_its_energy_in_an_ideal_impact(dt, height):
+    lost, _, _ = lost_by(*falling_rod(height, dissipation=0.0), dt=dt)
+    assert_allclose(lost, 0.0, atol=0.08)
+
+
+def test_a_followed_impact_goes_on_from_a_saved_state():
+    robot, _ = falling_rod(0.06)
+    whole = lissom.Simulation(robot, dt=1e-3)
+    other = copy.copy(whole)
+    for _ in range(150):
+        whole.step()
+        # Within the impact, too.
+        other = pickle.loads(pickle.dumps(other))
+        other.step()
+        assert np.array_equal(other.q, whole.q)
+        assert np.array_equal(other.v, whole.v)
+    assert whole.v[2] > 0.2
 
 
 def test_steps_go_on_from_a_saved_state():
