@@ -132,3 +132,16 @@ def test_momentum_changes_by_weight_and_floor_alone(fallen):
         pushed += 1e-3 * sum(robot.contact_forces(q, v, name=name)[3:] for name in names)
     change = momentum[-1] - momentum[0] + np.array([0, 0, weight * 0.12])
     assert_allclose(pushed, change, rtol=0, atol=0.02 * weight * 0.12)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:Impacts are shorter:lissom.AccuracyWarning")
+def test_four_hundred_rods_in_one_run():
+    robot = pile(134)
+    assert robot.n == 402 * 13
+    dt, steps = 2e-3, 4
+    run = lissom.simulate(robot, steps * dt, dt=dt)
+    assert run.success, run.message
+    # Layers are 2 mm apart: what lies in the middle falls freely until the floor stops the lowest one.
+    fallen = run.q.reshape(steps + 1, 402, 13)[-1, 3:, 2]
+    assert_allclose(fallen, -0.5 * 9.81 * (steps * dt) ** 2, rtol=1e-3)

@@ -27,8 +27,8 @@ use crate::robot::effects::support::Support;
 /// in two matrices.
 const MAX_INTEGRATION: f64 = (1u64 << 26) as f64;
 
-/// Maximum number of generalised coordinates of a robot: its dense Jacobian then takes 128 MiB.
-pub const MAX_COORDINATES: usize = 4096;
+/// Maximum number of generalised coordinates of a robot: its dense Jacobian then takes 288 MiB. A pile of 400 rods has 5200.
+pub const MAX_COORDINATES: usize = 6144;
 
 /// A robot: a tree of links, and everything that acts on them.
 ///

@@ -44,6 +44,9 @@ pub(crate) fn find<G: Turning>(plan: &Plan<G>, work: &mut Workspace<G>) {
 fn link<G: Turning>(plan: &Plan<G>, contact: &mut ContactState<G::Pack>) {
     let ContactState { touches, first_along, next_along, .. } = contact;
     first_along.fill(None);
+    if next_along.len() < 2 * touches.len() {
+        next_along.resize(2 * touches.len(), None);
+    }
     for (t, touch) in touches.iter().enumerate().rev() {
         for (s, side_place) in touch.sides.iter().enumerate().rev() {
             let SidePlace::Along { curve, .. } = *side_place else { continue };

@@ -7,7 +7,7 @@
 use super::bore::{InTube, Pieces, up_to_clearance};
 use super::curve::{DIFFERENCE_STEP, Part, Shape, part};
 use super::intervals::{Gap, SAME_PLACE, changes};
-use crate::numerics::lie::{LANES, Lanes, Symmetric, Twist, Vector, VectorSpace};
+use crate::numerics::lie::{LANES, Lanes, Scalar, Symmetric, Twist, Vector, VectorSpace};
 use crate::robot::effects::contact::plan::{Ball, Body, Curve, Fixed, NODES, Pair, Side, WEIGHTS};
 use crate::robot::effects::contact::shapes::distance;
 use crate::robot::effects::contact::shapes::distance::Distance;
@@ -85,7 +85,7 @@ pub(super) struct Scene<'a, G: Turning> {
 /// Destination of the contact points.
 pub(super) struct Found<'a, P> {
     pub(super) touches: &'a mut Vec<Touch>,
-    pub(super) up_to: &'a mut [P],
+    pub(super) up_to: &'a mut Vec<P>,
     pub(super) weights: &'a mut [f64],
     pub(super) polynomials: &'a mut [f64],
 }
@@ -791,5 +791,10 @@ impl<'a, G: Turning> Scene<'a, G> {
         };
         let contact_force = contact_point.contact_force();
         found.touches.push(Touch { pair: p, sides, centres, share, contact_point, contact_force });
+        // Memory of the next one.
+        let needed = 2 * (found.touches.len() + 1) * stride;
+        if found.up_to.len() < needed {
+            found.up_to.resize(2 * needed, G::Pack::splat(0.0));
+        }
     }
 }

@@ -10,6 +10,10 @@ use crate::robot::effects::contact::shapes::obstacle::Pose;
 use crate::robot::effects::contact::shapes::touch::{ContactForce, ContactPoint};
 use crate::robot::plan::space::Space;
 
+/// Number of contact points for which memory is reserved, if as many are possible. Piles of rods have about twenty for each rod; hundreds of
+/// thousands are possible, of each pair with each other.
+const RESERVED: usize = 4096;
+
 /// State of contacts, moved out of the workspace while contacts are evaluated.
 #[derive(Clone, Debug)]
 pub(crate) struct ContactState<P> {
@@ -60,7 +64,7 @@ pub(crate) struct ContactState<P> {
     pub(crate) grown: Vec<f64>,
     /// Normal forces of friction along rods, in the order of pairs, curves and places; `None` for those that act.
     pub(crate) held: Option<Vec<Held>>,
-    /// Contact points; the memory suffices for the maximum number.
+    /// Contact points.
     pub(crate) touches: Vec<Touch>,
     /// Whether there have been contact points since the last query.
     pub(crate) has_touched: bool,
@@ -75,7 +79,7 @@ pub(crate) struct ContactState<P> {
     /// By how much more they open per overlap with contact forces: stiffness over the mass that takes part. Whether that is of a pair alone, which
     /// others press.
     pub(crate) stiffnesses: Vec<(f64, bool)>,
-    /// For every contact point and side, integration weights of the piece's nodes.
+    /// For every contact point and side, and for those of the next one, integration weights of the piece's nodes.
     pub(crate) up_to: Vec<P>,
     /// Memory for weights of nodes, and for polynomials.
     pub(crate) weights: Vec<f64>,
@@ -395,6 +399,7 @@ impl<P: Lanes> ContactState<P> {
         let terms = contacts.curves.iter().map(Curve::terms).sum();
         let is_round = contacts.curves.iter().all(|curve| curve.is_round);
         let nodes = contacts.packs * LANES;
+        let reserved = contacts.capacity.min(RESERVED);
         Self {
             terms: vec![
                 Term { position: Vector::zero(), slope: Vector::zero(), bend: Vector::zero() };
@@ -424,14 +429,14 @@ impl<P: Lanes> ContactState<P> {
             stiffest: vec![f64::INFINITY; contacts.pairs.len()],
             grown: vec![0.0; contacts.pairs.len()],
             held: None,
-            touches: Vec::with_capacity(contacts.capacity),
+            touches: Vec::with_capacity(reserved),
             has_touched: false,
             first_along: vec![None; packs],
-            next_along: vec![None; 2 * contacts.capacity],
-            rates: Vec::with_capacity(contacts.capacity),
+            next_along: vec![None; 2 * reserved],
+            rates: Vec::with_capacity(reserved),
             openings: Vec::new(),
             stiffnesses: Vec::new(),
-            up_to: vec![P::splat(0.0); 2 * contacts.capacity * contacts.packs],
+            up_to: vec![P::splat(0.0); 2 * reserved * contacts.packs],
             weights: vec![0.0; nodes],
             polynomials: vec![0.0; nodes + 1],
         }
@@ -516,6 +521,7 @@ impl<G: Space> ContactTangent<G> {
         }));
         let pieces = firsts.len() - 1;
         let nodes = contacts.packs * LANES;
+        let reserved = contacts.capacity.min(RESERVED);
         Self {
             is_known: vec![false; pieces],
             at_nodes: vec![[Twist::zero(); 2]; firsts[pieces]],
@@ -526,8 +532,8 @@ impl<G: Space> ContactTangent<G> {
             followed: Followed {
                 length: None,
                 is_new: true,
-                now: Vec::with_capacity(contacts.capacity),
-                before: Vec::with_capacity(contacts.capacity),
+                now: Vec::with_capacity(reserved),
+                before: Vec::with_capacity(reserved),
             },
             rows: Rows {
                 slides: vec![0.0; numbers],
