@@ -1,4 +1,4 @@
-"""`statics(rtol=...)`: modes that an accuracy takes, beside shooting solutions that share no formula with it."""
+"""`statics(rtol=...)`: modes that an accuracy takes, beside shooting solutions."""
 
 import pickle
 
