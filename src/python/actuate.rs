@@ -14,11 +14,13 @@ use super::reach::{PoseArguments, Targets};
 use super::record::{self, ReadOnly, Reduced};
 use super::remarks::{Message, Subject};
 use super::robot::PyRobot;
-use super::statics::{inputs_of, run};
+use super::search::{inputs_of, run};
+use super::space_error::{PySpaceError, warned};
 use crate::analysis::actuate as core;
 use crate::analysis::actuate::{Found, Options};
 use crate::analysis::stability::Stability;
-use crate::analysis::statics::Monitor;
+use crate::analysis::statics::{Monitor, SpaceError};
+use crate::error::{Interrupted, Unfinished};
 use crate::model::Dynamics as _;
 use crate::python::words::required;
 use crate::robot::Robot;
@@ -54,6 +56,8 @@ use crate::robot::Robot;
 ///     Whether small disturbances of the equilibrium stay small.
 /// stability : str or None
 ///     As in StaticsResult.
+/// space_error : SpaceError or None
+///     Estimated error of the equilibrium due to the finite number of modes, as for `statics`; None without an equilibrium.
 /// nit, nfev, njev : int
 ///     Numbers of steps, evaluations of the error, and evaluations of its derivative with respect to the inputs.
 /// equilibria : int
@@ -72,6 +76,7 @@ pub(crate) struct PyActuateResult {
     at_limits: Vec<String>,
     is_stable: Option<bool>,
     stability: Option<String>,
+    space_error: Option<Py<PySpaceError>>,
     nit: usize,
     nfev: usize,
     njev: usize,
@@ -82,7 +87,7 @@ impl PyActuateResult {
     fn new(
         model: &Bound<'_, PyModel>,
         robot: &Robot,
-        found: Found,
+        (found, error): (Found, Option<&SpaceError>),
         (t, is_single): (f64, bool),
     ) -> PyResult<Self> {
         let py = model.py();
@@ -98,6 +103,8 @@ impl PyActuateResult {
         let shape = if is_single { vec![4, 4] } else { vec![poses.len(), 4, 4] };
         let [q, u] = [q, u].map(|values| ReadOnly::new(values.into_pyarray(py)));
         let (q, u) = (q?, u?);
+        let of_modes = error.filter(|_| status.is_success()).map_or_else(String::new, SpaceError::sentences);
+        let message = message + &of_modes;
         let message = Message::new(message, Subject::at_rest(model, [&q, &u], t));
         Ok(Self {
             u,
@@ -111,6 +118,7 @@ impl PyActuateResult {
             at_limits: at_limits.into_iter().map(|k| names[k].clone()).collect(),
             is_stable: verdict.map(|verdict| verdict.stability == Stability::Stable),
             stability: verdict.map(|verdict| verdict.stability.name().to_owned()),
+            space_error: error.map(|error| Py::new(py, PySpaceError::new(error.clone()))).transpose()?,
             nit: counters.iterations,
             nfev: counters.residuals,
             njev: counters.jacobians,
@@ -137,8 +145,9 @@ impl PyActuateResult {
     }
 
     #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
+    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
+        record::add_missing(state, &["space_error"])?;
+        state.extract()
     }
 }
 
@@ -190,6 +199,11 @@ impl PyActuateResult {
 /// KeyboardInterrupt
 ///     On Ctrl-C. Its attribute `result` is the ActuateResult with the best inputs until then; exceptions of functions of time have it, too.
 ///
+/// Warns
+/// -----
+/// AccuracyWarning
+///     If the finite number of modes leaves an error of the equilibrium of more than a hundredth of the length.
+///
 /// Notes
 /// -----
 /// A step costs a few tangents of the model, or a few per input while the smallest inputs or an unreachable target's nearest
@@ -233,7 +247,7 @@ pub(crate) fn actuate<'py>(
         return Err(PyTypeError::new_err(format!("robot: expected a Robot or a Rod, got {found}")));
     };
     let u = u.map(|u| inputs_of(robot, u)).transpose()?;
-    let mut model = of_python.get().model();
+    let mut model = of_python.get().model()?;
     check_time(t, model.facts().time_span)?;
     let robot = model.description().clone();
     let names = robot.inputs().names();
@@ -251,10 +265,22 @@ pub(crate) fn actuate<'py>(
     };
     let Targets { targets, places, is_single } = targets;
     let search = move |monitor: Monitor<'_>| {
-        core::actuate(&mut model, &targets, &options, monitor)
-            .map_err(|error| super::reach::named(&places, error))
+        let found = core::actuate(&mut model, &targets, &options, monitor)
+            .map_err(|error| super::reach::named(&places, error))?;
+        let found = match found {
+            Ok(found) => found,
+            Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, None)))),
+        };
+        Ok(match core::space_error(&mut model, &found, t) {
+            Ok(error) => Ok((found, error)),
+            Err(Interrupted) => Err(Unfinished::new((found, None))),
+        })
     };
-    run(py, n, search, |found| PyActuateResult::new(of_python.as_super(), &robot, found, (t, is_single)))
+    run(py, n, search, |(found, error)| {
+        warned(py, error.as_ref(), || {
+            PyActuateResult::new(of_python.as_super(), &robot, (found, error.as_ref()), (t, is_single))
+        })
+    })
 }
 
 /// Targets in all accepted forms.

@@ -36,7 +36,7 @@ extractors!(number: convert::number => f64 {
     xtol_abs
 });
 extractors!(optional_number: optional_numbers => Option<f64> {
-    X alpha beta control_step dt duration first_step gamma max_seconds max_step rho_inf t t0
+    X alpha beta control_step dt duration first_step gamma max_seconds max_step rho_inf rtol t t0
     tol
 });
 // Of arguments that must be given: functions first refuse keywords that they do not have.
@@ -44,7 +44,7 @@ extractors!(given_number: given_numbers => Option<f64> { dt length poisson_ratio
 extractors!(given_text: given_texts => Option<&'a str> { name text });
 extractors!(whole: convert::whole => i64 { max_iter row });
 extractors!(optional_whole: optional_wholes => Option<i64> {
-    count event_samples max_iter max_steps restarts workers
+    count event_samples frequencies max_iter max_steps restarts workers
 });
 extractors!(flag: convert::flag => bool {
     accelerate adaptive anywhere dense_output history keep_jacobian raise_on_failure reuse_jacobian stability vectorized

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 
 use super::convert::{self, Numbers};
 use super::record::{self, ReadOnly, Reduced};
-use super::statics::run;
+use super::search::run;
 use crate::analysis::curve as core;
 use crate::analysis::curve::{Curve, Followed};
 use crate::analysis::statics::Monitor;

@@ -11,11 +11,14 @@ mod arguments;
 mod background;
 mod balance;
 mod callback;
+mod choice;
 mod compiled;
 mod contact;
+mod continuation;
 mod convert;
 mod curve;
 mod ensemble;
+mod equilibrium_path;
 mod errors;
 mod imports;
 mod inputs;
@@ -38,6 +41,7 @@ mod rod;
 mod roots;
 mod rows;
 mod scene;
+mod search;
 mod section;
 mod segment;
 mod sensitivity;
@@ -63,13 +67,19 @@ pub mod _lissom {
     #[pymodule_export]
     use super::balance::PyBalance;
     #[pymodule_export]
+    use super::choice::choose_modes;
+    #[pymodule_export]
     use super::contact::centre_line;
+    #[pymodule_export]
+    use super::continuation::{PyContinuationResult, continuation};
     #[pymodule_export]
     use super::convert::of_python::{as_flag, as_number, as_text, as_whole};
     #[pymodule_export]
     use super::curve::PyCurveResult;
     #[pymodule_export]
     use super::ensemble::{PyEnsembleResult, simulate_many};
+    #[pymodule_export]
+    use super::equilibrium_path::{PyCriticalPoint, PyEquilibriumPath};
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
     #[pymodule_export]
@@ -116,13 +126,11 @@ pub mod _lissom {
     #[pymodule_export]
     use super::signal::{PyHarmonic, PyInput};
     #[pymodule_export]
-    use super::simulate::{choose_modes, simulate};
+    use super::simulate::simulate;
     #[pymodule_export]
     use super::space_error::PySpaceError;
     #[pymodule_export]
-    use super::statics::{
-        PyContinuationResult, PyCriticalPoint, PyEquilibriumPath, PyStaticsResult, continuation, statics,
-    };
+    use super::statics::{PyStaticsResult, statics};
     #[pymodule_export]
     use super::stepping::{PySimulation, PySimulations};
     #[pymodule_export]

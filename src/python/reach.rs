@@ -8,7 +8,7 @@ use pyo3::types::{PyMapping, PyString};
 use super::convert::{self, Numbers};
 use super::record::{self, ReadOnly, Reduced};
 use super::remarks::with;
-use super::statics::run;
+use super::search::run;
 use crate::analysis::reach as core;
 use crate::analysis::reach::{Options, Preference, Reached, Target};
 use crate::analysis::statics::Monitor;

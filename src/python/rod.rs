@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
 use super::part::{describe_model, model_of, new_arguments, resolved};
-use super::robot::{PyRobot, hash_of};
+use super::robot::{PyRobot, coordinates, hash_of};
 use super::signal::Functions;
 use crate::description::schema::Part;
 use crate::python::errors::OrRaise as _;
@@ -73,13 +73,14 @@ impl PyRod {
         self.description.length()
     }
 
-    fn __repr__(&self) -> String {
-        let segments = self.description.segments.len();
+    fn __repr__(slf: &Bound<'_, Self>) -> String {
+        let this = slf.get();
+        let segments = this.description.segments.len();
         let plural = if segments == 1 { "" } else { "s" };
         format!(
-            "<lissom.Rod of {segments} segment{plural}, {:?} m long, n = {}>",
-            self.description.length(),
-            self.description.coordinates()
+            "<lissom.Rod of {segments} segment{plural}, {:?} m long, {}>",
+            this.description.length(),
+            coordinates(slf.as_super().get().description())
         )
     }
 

@@ -68,6 +68,7 @@ pub(super) fn each(models: &Bound<'_, PyAny>) -> PyResult<Vec<Py<PyModel>>> {
     for (i, row) in models.try_iter().map_err(|_| wrong("model", models))?.enumerate() {
         let row = row?;
         let model = row.cast::<PyModel>().map_err(|_| wrong(&format!("model[{i}]"), &row))?;
+        model.get().check_modes()?;
         if let Some(first) = found.first() {
             check_alike(i, model.get(), first.get())?;
         }

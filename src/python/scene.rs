@@ -374,7 +374,7 @@ impl PyScene {
             let class = py.import("lissom.urdf")?.getattr("UrdfWarning")?;
             py.import("warnings")?.call_method1("warn", (not_taken, class))?;
         }
-        if !scene.open_modes.is_empty() {
+        if !scene.open_modes().is_empty() {
             let mut raised = Raised::default();
             let chosen = py.detach(|| scene.choose_modes(&mut signals(&mut raised)));
             raised.into_result()?;

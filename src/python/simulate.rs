@@ -6,21 +6,20 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 use super::arguments;
-use super::callback::{Form, Raised, call, or_raised, requests_stop, with_result};
+use super::callback::{Form, Raised, call, or_raised, requests_stop};
+use super::choice::{self, Chosen, like, with_python_names};
 use super::convert;
-use super::errors::{LissomError, OrRaise as _};
+use super::errors::OrRaise as _;
 use super::inputs::{Rows, mapping_of, or_rows, set_named};
-use super::model::{Native, PyModel, model_of};
-use super::motion::{PyMotionResult, Ticker, finish, signals, times};
+use super::model::{Native, PyModel, any_model_of};
+use super::motion::{PyMotionResult, Ticker, finish, times};
 use super::ode::options::tolerance;
 use super::part::PyPart;
-use super::robot::PyRobot;
-use super::rod::PyRod;
 use crate::description::schema::{Data, Kind, Reader, Value, did_you_mean};
 use crate::error::{Interrupted, InvalidInput, Time};
 use crate::integrators::newmark::{ATOL, Impacts, METHODS, Parameters, Predictor, RTOL};
 use crate::python::words::required;
-use crate::robot::{Robot, RobotModel};
+use crate::robot::RobotModel;
 use crate::simulation::accuracy;
 use crate::simulation::methods::{
     Auto, Configuration, Dop853, Integration, Jacobian, Newmark, QuasiStatic, Radau, Rk45,
@@ -28,6 +27,7 @@ use crate::simulation::methods::{
 use crate::simulation::simulate::{
     Control, Simulation, Slack, add_overloads, creep, has_friction, slackness,
 };
+use crate::simulation::stepping::Status;
 use crate::simulation::time_limit::TimeLimit;
 
 /// Value of `t_eval` that requests all accepted steps.
@@ -173,9 +173,15 @@ pub(crate) fn simulate<'py>(
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyMotionResult> {
     // Before what is missing: files and scenes are given without it.
-    model.map(|model| model_of(model, "model")).transpose()?;
+    model.map(|model| any_model_of(model, "model")).transpose()?;
     let (model, t_end) = required!("simulate", others; more, model, t_end);
-    let model = model_of(model, "model")?;
+    let model = any_model_of(model, "model")?;
+    let mut limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
+    let chosen = match model.get().is_open() {
+        true => Some(choose(model, (t0, t_end), (&method, rtol, dt), [q0, v0], &mut limit)?),
+        false => None,
+    };
+    let model = chosen.as_ref().map_or(model, |chosen| &chosen.model);
     let n = model.get().n();
     let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
         Some(value) => convert::finite_vector_of(value, n, name),
@@ -210,9 +216,45 @@ pub(crate) fn simulate<'py>(
         }
         (controller, held) => controller.map(|own| Controller { held: held.unwrap_or_default(), ..own }),
     };
-    let limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
     let span = (t0, t_end);
-    run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, (progress, limit))
+    let watched = Watched { progress, limit, chosen: chosen.as_ref() };
+    run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, watched)
+}
+
+/// Chooses open modes for a motion from rest to its accuracy.
+fn choose<'py>(
+    model: &Bound<'py, PyModel>,
+    t_span: (f64, f64),
+    (method, rtol, dt): (&MethodOf<'_>, Option<&Bound<'py, PyAny>>, f64),
+    start: [Option<&Bound<'py, PyAny>>; 2],
+    limit: &mut TimeLimit,
+) -> PyResult<Chosen<'py>> {
+    let rtol = match method {
+        MethodOf::Name("auto") => {
+            rtol.map_or(Ok(accuracy::DEFAULT_RTOL), |rtol| convert::number(rtol, "rtol"))?
+        }
+        MethodOf::Described(Integration::Auto(Auto { rtol, .. })) => *rtol,
+        _ => {
+            return Err(PyValueError::new_err(
+                "method: the modes are open, and are chosen to the `rtol` of method=\"auto\": give that, or choose the modes before \
+                 with `lissom.choose_modes(robot, t_end, rtol=1e-3)`",
+            ));
+        }
+    };
+    if let Some((name, _)) = ["q0", "v0"].into_iter().zip(start).find(|(_, value)| value.is_some()) {
+        return Err(PyValueError::new_err(format!(
+            "{name}: the modes are open, and coordinates belong to numbers of modes: leave `{name}` out to start at rest, or choose \
+             the modes before with `lissom.choose_modes`"
+        )));
+    }
+    choice::for_motion(model, t_span, (rtol, dt), limit)
+}
+
+/// What looks at a run from outside, and the modes that were chosen for it.
+struct Watched<'a, 'py> {
+    progress: Option<&'a Bound<'py, PyAny>>,
+    limit: TimeLimit,
+    chosen: Option<&'a Chosen<'py>>,
 }
 
 /// Whether `t_eval` requests every accepted step.
@@ -508,7 +550,7 @@ fn run(
     configuration: &Configuration,
     t_eval: Option<&[f64]>,
     mut controller: Option<Controller>,
-    (progress, mut limit): (Option<&Bound<'_, PyAny>>, TimeLimit),
+    Watched { progress, mut limit, chosen }: Watched<'_, '_>,
 ) -> PyResult<PyMotionResult> {
     let py = model.py();
     let object = model.clone().unbind();
@@ -516,9 +558,14 @@ fn run(
     let (mut raised, mut raised_by_control) = (Raised::default(), Raised::default());
     let mut ticker = Ticker::new();
     let progress = progress.map(|progress| progress.clone().unbind());
+    // What stopped the choice of modes stops the run, too, before it begins.
+    let is_stopped = chosen.is_some_and(|chosen| chosen.raised.is_err());
     let simulation = py.detach(|| {
         let mut monitor = |t: f64| {
             raised.none_yet()?;
+            if is_stopped {
+                return Err(Interrupted);
+            }
             limit.check(t)?;
             if !ticker.tick() {
                 return Ok(());
@@ -553,11 +600,14 @@ fn run(
     });
     let (mut simulation, replacement) = simulation.map_err(with_python_names).or_raise()?;
     limit.judge(&mut simulation);
+    chosen.iter().for_each(|chosen| of_modes(chosen, &mut simulation));
     let moved = match replacement.as_ref().and_then(|model| model.robot()) {
         Some(robot) => like(object.bind(py), robot)?.cast_into::<PyModel>()?.unbind(),
         None => object,
     };
-    let raised = raised_by_control.into_result().and(raised.into_result());
+    let stopped =
+        chosen.map_or(Ok(()), |chosen| chosen.raised.as_ref().copied().map_err(|error| error.clone_ref(py)));
+    let raised = stopped.and(raised_by_control.into_result()).and(raised.into_result());
     let is_looked_at = |model: &dyn Native| {
         model.robot().is_some_and(|robot| !robot.actuators.is_empty() || has_friction(robot))
     };
@@ -574,6 +624,17 @@ fn run(
     finish(py, simulation, &slack, Some(moved), raised)
 }
 
+/// Adds what the message of a motion says of the modes that were chosen for it.
+fn of_modes(chosen: &Chosen<'_>, simulation: &mut Simulation) {
+    if let Some(why) = &chosen.failure
+        && simulation.status.is_success()
+    {
+        simulation.status = Status::AccuracyNotReached;
+        simulation.message += &format!(" {why}");
+    }
+    simulation.message += &format!(" {}", chosen.words);
+}
+
 /// Slack tendons of a motion; adds a doubt about friction that crept, and forces that were absurd.
 fn of_tendons_and_friction(
     robot: &mut RobotModel,
@@ -584,114 +645,6 @@ fn of_tendons_and_friction(
         simulation.add_doubt(&doubt);
     }
     slackness(robot, simulation)
-}
-
-/// The Python object for a robot: a Rod if the original is one, with the chosen modes.
-fn like<'py>(original: &Bound<'py, PyAny>, robot: &Robot) -> PyResult<Bound<'py, PyAny>> {
-    let py = original.py();
-    match original.cast::<PyRod>() {
-        Ok(rod) => {
-            let rod = rod.get().description().with_segments_of(robot);
-            Ok(Bound::new(py, PyRod::initializer(rod)?)?.into_any())
-        }
-        Err(_) => Ok(Bound::new(py, PyRobot::initializer(robot.clone())?)?.into_any()),
-    }
-}
-
-/// Interval of the times at which trials are compared by default, in seconds.
-const COMPARED_EVERY: f64 = 1e-2;
-
-/// Choose the numbers of modes of a rod or robot for a requested accuracy of a motion or an equilibrium.
-///
-/// Trials with more modes of each strain show which modes move the tip; these are kept. In equilibria, and in robots with closed
-/// loops or supports, those are kept that move any quarter of a segment. Strains that a perfectly symmetric motion does not excite
-/// get no modes. The cost is that of about five to fifteen simulations, or equilibria.
-///
-/// Parameters
-/// ----------
-/// rod : Rod or Robot
-///     Model whose numbers of modes are replaced.
-/// t_end : float, optional
-///     End of the trial runs, seconds. They start at `t0` with zero coordinates and velocities. By default modes are chosen for the
-///     equilibrium at `t0` that `statics` finds without a start.
-/// rtol : float
-///     Largest error of the measured places due to the modes, relative to the rod's length.
-/// dt : float
-///     Interval of the times at which runs are compared, seconds. Not for equilibria.
-/// segments : sequence of int, optional
-///     Segments whose modes are chosen, counted link by link; by default all of them.
-/// t0 : float
-///     Start of the trial runs, or time of the equilibrium, seconds.
-///
-/// Returns
-/// -------
-/// Rod or Robot
-///     The model with the chosen numbers of modes.
-///
-/// Raises
-/// ------
-/// ValueError, TypeError
-///     If an argument is invalid.
-/// LissomError
-///     If no such numbers are found; the message gives the reason.
-/// KeyboardInterrupt
-///     On Ctrl-C. Its attribute `result` is the model with the modes that the trials until then needed.
-///
-/// Examples
-/// --------
-/// >>> import lissom
-/// >>> wire = lissom.Segment(1.0, 1e-3, 210e9, 80e9, 7800, modes={}, retardation_time=1e-4)
-/// >>> rod = lissom.choose_modes(lissom.Rod([wire]), 0.5, rtol=1e-3)
-/// >>> rod.segments[0].modes
-/// {'bend_y': 4}
-///
-/// For an equilibrium:
-///
-/// >>> bent = lissom.choose_modes(lissom.Rod([wire], tip_force=(0, 0, -1)), rtol=1e-5)
-/// >>> lissom.statics(bent).space_error.relative < 1e-5
-/// True
-#[pyfunction]
-#[pyo3(
-    signature = (rod=None, t_end=None, *more, rtol=accuracy::DEFAULT_RTOL, dt=None, segments=None, t0=0.0, **others),
-    text_signature = "(rod, t_end=None, *, rtol=0.0001, dt=0.01, segments=None, t0=0.0)"
-)]
-#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
-pub(crate) fn choose_modes<'py>(
-    #[pyo3(from_py_with = rod_of)] rod: Option<&Bound<'py, PyRobot>>,
-    #[pyo3(from_py_with = arguments::given_number::t_end)] t_end: Option<f64>,
-    more: &Bound<'_, PyTuple>,
-    #[pyo3(from_py_with = arguments::number::rtol)] rtol: f64,
-    #[pyo3(from_py_with = arguments::optional_number::dt)] dt: Option<f64>,
-    #[pyo3(from_py_with = arguments::segments)] segments: Option<Vec<usize>>,
-    #[pyo3(from_py_with = arguments::number::t0)] t0: f64,
-    others: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let rod = required!("choose_modes", others; more, rod);
-    let description = rod.get().description();
-    let segments = segments.unwrap_or_else(|| (0..description.segments().count()).collect());
-    let purpose = match t_end {
-        Some(t_end) => accuracy::Purpose::Motion((t0, t_end)),
-        None if dt.is_some() => {
-            return Err(PyValueError::new_err(
-                "dt: only for motions, which end at `t_end`: leave `dt` out, or give `t_end`",
-            ));
-        }
-        None => accuracy::Purpose::Equilibrium(t0),
-    };
-    let request = accuracy::Request::new(rtol, dt.unwrap_or(COMPARED_EVERY));
-    let mut raised = Raised::default();
-    let chosen = rod.py().detach(|| {
-        accuracy::choose_modes(description, &segments, purpose, request, &mut signals(&mut raised))
-    });
-    let modes = chosen.map_err(with_python_names).or_raise()?;
-    if let Err(error) = raised.into_result() {
-        let py = rod.py();
-        return Err(with_result(py, error, || like(rod.as_any(), &modes.robot)));
-    }
-    if !modes.is_success {
-        return Err(LissomError::new_err(modes.message));
-    }
-    like(rod.as_any(), &modes.robot)
 }
 
 /// The option with this name.
@@ -718,22 +671,4 @@ pub(super) fn name_methods(mut error: InvalidInput, name: &str, others: &[&str])
         }
     }
     error
-}
-
-/// Replaces the core's interval by the two arguments in Python.
-pub(super) fn with_python_names(mut error: InvalidInput) -> InvalidInput {
-    for problem in &mut error.problems {
-        match problem.place.as_str() {
-            "t_span[0]" => problem.place = "t0".to_owned(),
-            "t_span[1]" => problem.place = "t_end".to_owned(),
-            _ => continue,
-        }
-        problem.expected = problem.expected.replace("t_span[0]", "t0");
-    }
-    error
-}
-
-/// The argument `rod`.
-fn rod_of<'a, 'py>(value: &'a Bound<'py, PyAny>) -> PyResult<Option<&'a Bound<'py, PyRobot>>> {
-    convert::instance(value, "rod", "lissom.Rod").map(Some)
 }

@@ -1,7 +1,11 @@
 //! `lissom.SpaceError`.
 
+use std::ffi::CString;
+
 use pyo3::prelude::*;
 
+use super::callback::with_result;
+use super::errors::AccuracyWarning;
 use super::record::{self, Reduced};
 use crate::analysis::statics::{Estimate, SpaceError};
 
@@ -78,5 +82,18 @@ impl PySpaceError {
     fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
         record::add_missing(state, &["rigid_stretch"])?;
         state.extract()
+    }
+}
+
+/// A result, after a warning if the error of its shape is large. If the warning is raised as an exception, that has the result.
+pub(super) fn warned<'py, R: IntoPyObject<'py>>(
+    py: Python<'py>,
+    error: Option<&SpaceError>,
+    result: impl FnOnce() -> PyResult<R>,
+) -> PyResult<R> {
+    let Some(doubt) = error.and_then(SpaceError::doubt) else { return result() };
+    match PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1) {
+        Ok(()) => result(),
+        Err(raised) => Err(with_result(py, raised, result)),
     }
 }

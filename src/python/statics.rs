@@ -1,169 +1,30 @@
-//! `lissom.statics` and `lissom.continuation`.
+//! `lissom.statics`.
 
-use std::ffi::CString;
-use std::time::Duration;
-
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1};
 use pyo3::class::{PyTraverseError, PyVisit};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyTuple};
+use pyo3::types::{PyDict, PyTuple};
 
 use super::arguments;
-use super::background;
-use super::callback::{Raised, or_raised, raised_by_function, with_result};
+use super::callback::with_result;
+use super::choice::{self, Chosen};
 use super::convert;
-use super::inputs::{self, or_rows};
-use super::model::{Native, PyModel, check_time, model_of};
-use super::motion::Ticker;
+use super::equilibrium_path::PyEquilibriumPath;
+use super::model::{PyModel, any_model_of, check_time};
 use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
 use super::remarks::{Message, Subject};
-use super::space_error::PySpaceError;
+use super::search::{base, count, inputs_of, inputs_or_default, native_with, run};
+use super::space_error::{PySpaceError, warned};
 use crate::analysis::statics as core;
 use crate::analysis::statics::{
-    ContinuationOptions, Counters, CriticalPoint, Effort, Equilibrium, InputPath, Monitor, Options, Path,
-    SpaceError, Stability, Start, Tendons,
+    Counters, Effort, Equilibrium, Monitor, Options, SpaceError, Stability, Start, Tendons,
 };
-use crate::error::{Interrupted, InvalidInput, Unfinished};
-use crate::python::errors::{AccuracyWarning, OrRaise as _};
+use crate::error::{Interrupted, Unfinished};
+use crate::model::Facts;
 use crate::python::words::required;
-
-/// A point of a path of equilibria at which the tangent stiffness is singular.
-///
-/// Attributes
-/// ----------
-/// kind : {'limit', 'bifurcation'}
-///     'limit': the load factor has an extremum (snap-through). 'bifurcation': paths cross (buckling).
-/// index : int
-///     The critical point lies between this point of the path and the next one.
-/// load_factor : float
-///     Fraction of the loads; for a path of inputs, the path parameter from 0 to 1.
-/// u : ndarray, shape (m,), or None
-///     The inputs, if the path varies them.
-/// q : ndarray, shape (n,)
-///     Coordinates.
-/// directions : ndarray, shape (m, n)
-///     Null vectors of the tangent stiffness; m > 1 if several modes buckle at once. Each has norm one when divided by the
-///     typical sizes of the coordinates, about a radian of bending.
-#[pyclass(name = "CriticalPoint", module = "lissom", frozen, get_all)]
-#[derive(FromPyObject)]
-pub(crate) struct PyCriticalPoint {
-    kind: String,
-    index: usize,
-    load_factor: f64,
-    u: Option<ReadOnly<PyArray1<f64>>>,
-    q: ReadOnly<PyArray1<f64>>,
-    directions: ReadOnly<PyArray2<f64>>,
-}
-
-impl PyCriticalPoint {
-    fn new(py: Python<'_>, point: CriticalPoint) -> PyResult<Self> {
-        let CriticalPoint { kind, index, load_factor, inputs, q, directions } = point;
-        let directions = rows(py, directions, q.len())?;
-        let q = ReadOnly::new(q.into_pyarray(py))?;
-        let u = if inputs.is_empty() { None } else { Some(ReadOnly::new(inputs.into_pyarray(py))?) };
-        Ok(Self { kind: kind.name().to_owned(), index, load_factor, u, q, directions })
-    }
-}
-
-#[pymethods]
-impl PyCriticalPoint {
-    fn __repr__(&self) -> String {
-        format!("<CriticalPoint {} at load factor {:.6}>", self.kind, self.load_factor)
-    }
-
-    /// For copies and pickles.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        record::reduce(slf)
-    }
-
-    #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
-    }
-}
-
-/// A sequence of equilibria, and the critical points between them.
-///
-/// Attributes
-/// ----------
-/// load_factor : ndarray, shape (m,)
-///     Fraction of the loads, including gravity; for a path of inputs, the path parameter from 0 to 1.
-/// u : ndarray, shape (m, k), or None
-///     The k inputs, if the path varies them.
-/// q : ndarray, shape (m, n)
-///     Coordinates.
-/// lowest_eigenvalue : ndarray, shape (m,)
-///     Smallest eigenvalue of the tangent stiffness relative to the stiffness of material and springs: one without load, zero
-///     at critical points, negative at unstable equilibria.
-/// stability : list of str or None
-///     As in StaticsResult. Of growing loads (`statics`) only the end is judged.
-/// critical_points : list of CriticalPoint
-///     In the order of the path.
-#[pyclass(name = "EquilibriumPath", module = "lissom", frozen, get_all)]
-#[derive(FromPyObject)]
-pub(crate) struct PyEquilibriumPath {
-    load_factor: ReadOnly<PyArray1<f64>>,
-    u: Option<ReadOnly<PyArray2<f64>>>,
-    q: ReadOnly<PyArray2<f64>>,
-    lowest_eigenvalue: ReadOnly<PyArray1<f64>>,
-    stability: Vec<Option<String>>,
-    critical_points: Py<PyList>,
-}
-
-impl PyEquilibriumPath {
-    fn new(py: Python<'_>, path: Path, n: usize) -> PyResult<Py<Self>> {
-        let Path { load_factor, inputs, q, lowest, stability, critical } = path;
-        let critical_points = PyList::empty(py);
-        for point in critical {
-            critical_points.append(Bound::new(py, PyCriticalPoint::new(py, point)?)?)?;
-        }
-        let q = rows(py, q, n)?;
-        let entries = inputs.len() / load_factor.len().max(1);
-        let u = if inputs.is_empty() { None } else { Some(rows(py, inputs, entries)?) };
-        let path = Self {
-            load_factor: ReadOnly::new(load_factor.into_pyarray(py))?,
-            u,
-            q,
-            lowest_eigenvalue: ReadOnly::new(lowest.into_pyarray(py))?,
-            stability: stability.into_iter().map(|stability| stability.map(named)).collect(),
-            critical_points: critical_points.unbind(),
-        };
-        Py::new(py, path)
-    }
-}
-
-#[pymethods]
-impl PyEquilibriumPath {
-    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.critical_points)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> String {
-        let (points, critical) = (self.stability.len(), self.critical_points.bind(py).len());
-        format!("<EquilibriumPath of {points} points, {critical} of them critical in between>")
-    }
-
-    /// For copies and pickles.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        record::reduce(slf)
-    }
-
-    #[staticmethod]
-    fn _restore(state: Self) -> Self {
-        state
-    }
-}
-
-fn rows(py: Python<'_>, values: Vec<f64>, n: usize) -> PyResult<ReadOnly<PyArray2<f64>>> {
-    let count = values.len().checked_div(n).unwrap_or(0);
-    ReadOnly::new(values.into_pyarray(py).reshape([count, n])?)
-}
-
-fn named(stability: Stability) -> String {
-    stability.name().to_owned()
-}
+use crate::simulation::accuracy::Search;
 
 /// An equilibrium, or the last state of a failed search.
 ///
@@ -179,7 +40,7 @@ fn named(stability: Stability) -> String {
 ///     'non_finite', 'unresolved' (the rod turns by more than half a turn between neighbouring quadrature nodes), 'inverted'
 ///     (the stretch is not positive somewhere), 'collapsed' (a tendon has pulled two points together, where its force has no
 ///     direction), 'deep_penetration' (surfaces overlap by more than a radius), 'loop_open' (loops or tendons of given length are
-///     not closed), 'interrupted' (in the `result` of a KeyboardInterrupt), or for method 'newton' a status of RootResult.
+///     not closed), 'accuracy_not_reached' (an equilibrium, but no numbers of modes gave it the `rtol`), 'interrupted' (in the `result` of a KeyboardInterrupt), or for method 'newton' a status of RootResult.
 /// message : str
 ///     The status in words, what to change, and notes on the equilibrium.
 /// load_factor : float
@@ -210,11 +71,13 @@ fn named(stability: Stability) -> String {
 /// t : float or None
 ///     The time of the search, seconds; None as for `u`.
 /// space_error : SpaceError or None
-///     Estimated error due to the finite number of modes; None after a failure, with `space_error=False`, or without rods,
+///     Estimated error due to the finite number of modes; None after a failure other than 'accuracy_not_reached', with `space_error=False`, or without rods,
 ///     and where it is not known: where forces change so much with the shape that neither their balance nor steps of a model with more modes
 ///     determine it, as of slack cables without bending stiffness.
+/// model : Model or None
+///     The robot with the modes that were chosen for `rtol`, to which `q` belongs; None if nothing was chosen.
 /// nit, nfev, njev : int
-///     Numbers of Newton iterations, force evaluations and tangent evaluations.
+///     Numbers of Newton iterations, force evaluations and tangent evaluations; those of choosing modes do not count.
 #[pyclass(name = "StaticsResult", module = "lissom", frozen, get_all)]
 #[derive(FromPyObject)]
 pub(crate) struct PyStaticsResult {
@@ -235,6 +98,7 @@ pub(crate) struct PyStaticsResult {
     u: Option<ReadOnly<PyArray1<f64>>>,
     t: Option<f64>,
     space_error: Option<Py<PySpaceError>>,
+    model: Option<Py<PyModel>>,
     nit: usize,
     nfev: usize,
     njev: usize,
@@ -244,6 +108,7 @@ pub(crate) struct PyStaticsResult {
 impl PyStaticsResult {
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.path)?;
+        visit.call(&self.model)?;
         self.message.traverse(&visit)
     }
 
@@ -264,65 +129,7 @@ impl PyStaticsResult {
 
     #[staticmethod]
     fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        record::add_missing(state, &["deepest", "space_error", "u", "t"])?;
-        state.extract()
-    }
-}
-
-/// Result of `continuation`.
-///
-/// Attributes
-/// ----------
-/// path : EquilibriumPath
-///     The path, up to the failure if there was one.
-/// success : bool
-///     True if the path reached one of its bounds.
-/// status : str
-///     'finished', 'no_start' (no equilibrium near `q0`), 'step_too_small', 'too_many_steps', 'unresolved', 'inverted',
-///     'collapsed', 'deep_penetration' (surfaces would overlap by more than a radius) or 'interrupted' (in the `result` of a
-///     KeyboardInterrupt).
-/// message : str
-///     The status in words, and what to change.
-/// u : ndarray, shape (m,), or None
-///     The inputs that do not vary along the path, and the default values of those that do (`path.u` has all); None in results saved by
-///     versions that did not keep them.
-/// t : float or None
-///     The time of the search, seconds; None as for `u`.
-/// nit, nfev, njev : int
-///     Numbers of Newton iterations, force evaluations and tangent evaluations.
-#[pyclass(name = "ContinuationResult", module = "lissom", frozen, get_all)]
-#[derive(FromPyObject)]
-pub(crate) struct PyContinuationResult {
-    path: Py<PyEquilibriumPath>,
-    success: bool,
-    status: String,
-    message: Message,
-    u: Option<ReadOnly<PyArray1<f64>>>,
-    t: Option<f64>,
-    nit: usize,
-    nfev: usize,
-    njev: usize,
-}
-
-#[pymethods]
-impl PyContinuationResult {
-    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.path)?;
-        self.message.traverse(&visit)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> String {
-        format!("<ContinuationResult: {}, {}>", self.status, self.path.bind(py).get().__repr__(py))
-    }
-
-    /// For copies and pickles.
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Reduced<'py>> {
-        record::reduce(slf)
-    }
-
-    #[staticmethod]
-    fn _restore(state: &Bound<'_, PyAny>) -> PyResult<Self> {
-        record::add_missing(state, &["u", "t"])?;
+        record::add_missing(state, &["deepest", "space_error", "u", "t", "model"])?;
         state.extract()
     }
 }
@@ -361,6 +168,10 @@ impl PyContinuationResult {
 /// space_error : bool, optional
 ///     Whether to estimate the error due to the finite number of modes. By default by the balance of forces, which costs a few
 ///     evaluations of them, and with more modes only where that leaves doubts; True: always with more modes; False: not at all.
+/// rtol : float, optional
+///     Largest error due to the numbers of modes, relative to the length: they are chosen for it as by `choose_modes`, for the segments
+///     with ``modes="auto"`` or, if there are none, for all. The result has the robot with these modes as its `model`. A robot with
+///     ``modes="auto"`` has 1e-4 by default; other robots keep their modes unless it is given. Costs five to fifteen searches.
 ///
 /// Returns
 /// -------
@@ -388,11 +199,10 @@ impl PyContinuationResult {
 /// >>> sagging.success, sagging.stability, sagging.q.round(6)
 /// (True, 'stable', array([ 0.238212, -0.358564,  0.121461]))
 #[pyfunction]
-#[pyo3(signature = (model=None, q0=None, *more, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, **others),
-       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True, space_error=None)")]
+#[pyo3(signature = (model=None, q0=None, *more, load_steps=None, method="auto", t=0.0, tol=None, max_iter=None, max_steps=None, u=None, stability=true, space_error=None, rtol=None, **others),
+       text_signature = "(model, q0=None, *, load_steps='auto', method='auto', t=0.0, tol=1e-10, max_iter=500, max_steps=500, u=None, stability=True, space_error=None, rtol=None)")]
 #[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
 pub(crate) fn statics<'py>(
-    py: Python<'py>,
     #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
     q0: Option<&Bound<'py, PyAny>>,
     more: &Bound<'_, PyTuple>,
@@ -405,31 +215,92 @@ pub(crate) fn statics<'py>(
     u: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = arguments::flag::stability)] stability: bool,
     #[pyo3(from_py_with = arguments::optional_flag::space_error)] space_error: Option<bool>,
+    #[pyo3(from_py_with = arguments::optional_number::rtol)] rtol: Option<f64>,
     others: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyStaticsResult> {
     let model = required!("statics", others; more, model);
+    let given = any_model_of(model, "model")?;
+    let chooses = rtol.is_some() || given.get().is_open();
+    if chooses && space_error == Some(false) {
+        return Err(PyValueError::new_err(
+            "space_error: numbers of modes are chosen by this error: leave `space_error=False` out, or choose them before with \
+             `lissom.choose_modes`",
+        ));
+    }
+    if given.get().is_open() && q0.is_some() {
+        return Err(PyValueError::new_err(
+            "q0: the modes are open, and coordinates belong to numbers of modes: leave `q0` out, or choose the modes before with \
+             `lissom.choose_modes`",
+        ));
+    }
     let u = u.map(|u| inputs_of(model, u)).transpose()?;
-    let held = inputs_or_default(model, u.as_deref())?;
-    let of_names = model.clone();
-    let mut model = native_with(model, t, u.as_deref())?;
-    let n = model.facts().n;
-    let q0 = q0.map(|q0| convert::finite_vector_of(q0, n, "q0")).transpose()?;
-    let defaults = Options::of(model.facts());
-    let start = start(method, q0, load_steps, n, defaults.start)?;
-    let options = Options {
-        start,
-        tol: tol.unwrap_or(defaults.tol),
-        max_iter: count(max_iter, "max_iter", defaults.max_iter)?,
-        max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
-        stability,
-    };
+    let asked = Asked { q0, load_steps, method, tol, max_iter, max_steps, stability };
+    let options = given.get().inspect(|model| asked.options(model.facts()))?;
     let effort = match space_error {
+        _ if chooses => Some(Effort::Full),
         Some(false) => None,
         Some(true) => Some(Effort::Full),
         None => Some(Effort::Little),
     };
+    if !chooses {
+        return search(model, options, (t, u), effort, None);
+    }
+    let wanted = Search { t, u, options };
+    given.get().inspect(|model| check_time(t, model.facts().time_span))?;
+    let Some(chosen) = choice::for_equilibrium(given, rtol, &wanted)? else {
+        return search(model, wanted.options, (t, wanted.u), effort, None);
+    };
+    let robots = [given, &chosen.model].map(|model| model.get().inspect(|model| model.robot().cloned()));
+    let options = match robots {
+        [Some(given), Some(robot)] => wanted.options_for(&given, &robot),
+        _ => wanted.options.clone(),
+    };
+    search(chosen.model.clone().as_any(), options, (t, wanted.u.clone()), effort, Some(chosen))
+}
+
+/// The arguments that say how an equilibrium is searched.
+struct Asked<'a, 'py> {
+    q0: Option<&'a Bound<'py, PyAny>>,
+    load_steps: Option<&'a Bound<'py, PyAny>>,
+    method: &'a str,
+    tol: Option<f64>,
+    max_iter: Option<i64>,
+    max_steps: Option<i64>,
+    stability: bool,
+}
+
+impl Asked<'_, '_> {
+    fn options(&self, facts: &Facts) -> PyResult<Options> {
+        let q0 = self.q0.map(|q0| convert::finite_vector_of(q0, facts.n, "q0")).transpose()?;
+        let defaults = Options::of(facts);
+        Ok(Options {
+            start: start(self.method, q0, self.load_steps, facts.n, defaults.start)?,
+            tol: self.tol.unwrap_or(defaults.tol),
+            max_iter: count(self.max_iter, "max_iter", defaults.max_iter)?,
+            max_steps: count(self.max_steps, "max_steps", defaults.max_steps)?,
+            stability: self.stability,
+        })
+    }
+}
+
+/// Searches an equilibrium of a model, whose modes may have been chosen for it.
+fn search(
+    model: &Bound<'_, PyAny>,
+    options: Options,
+    (t, u): (f64, Option<Vec<f64>>),
+    effort: Option<Effort>,
+    chosen: Option<Chosen<'_>>,
+) -> PyResult<PyStaticsResult> {
+    let py = model.py();
+    let of_python = base(model)?;
+    let held = inputs_or_default(model, u.as_deref())?;
+    let mut model = native_with(model, t, u.as_deref())?;
+    let n = model.facts().n;
+    // What stopped the trials stops the search, too, before it begins.
+    let is_stopped = chosen.as_ref().is_some_and(|chosen| chosen.raised.is_err());
     let search = move |monitor: Monitor<'_>| {
-        let mut found = match core::equilibrium(&mut *model, &options, monitor)? {
+        let mut monitor = || if is_stopped { Err(Interrupted) } else { monitor() };
+        let mut found = match core::equilibrium(&mut *model, &options, &mut monitor)? {
             Ok(found) => found,
             Err(unfinished) => return Ok(Err(unfinished.map(|found| (found, Tendons::default(), None)))),
         };
@@ -450,16 +321,40 @@ pub(crate) fn statics<'py>(
             Err(Interrupted) => Err(Unfinished::new((found, Tendons::default(), None))),
         })
     };
-    run(py, n, search, |(found, tendons, error)| {
-        let deepest = PyOverlap::new(base(&of_names)?, found.deepest, None)?;
-        let doubt = error.as_ref().and_then(SpaceError::doubt);
-        let result = PyStaticsResult::new(base(&of_names)?, found, (t, held), &tendons, deepest, error)?;
-        let Some(doubt) = doubt else { return Ok(result) };
-        match PyErr::warn(py, &py.get_type::<AccuracyWarning>(), &CString::new(doubt)?, 1) {
-            Ok(()) => Ok(result),
-            Err(raised) => Err(with_result(py, raised, || Ok(result))),
+    let result = |(mut found, tendons, error): (Equilibrium, Tendons, Option<SpaceError>)| {
+        if let Some(chosen) = &chosen {
+            chosen.judge(&mut found, error.as_ref());
         }
-    })
+        let deepest = PyOverlap::new(of_python, found.deepest, None)?;
+        warned(py, error.as_ref(), || {
+            let replaced = chosen.as_ref().map(|chosen| chosen.model.clone().unbind());
+            let result = PyStaticsResult::new(of_python, found, (t, held), &tendons, deepest, error.clone())?;
+            Ok(PyStaticsResult { model: replaced, ..result })
+        })
+    };
+    let found = run(py, n, search, result);
+    match chosen.map(|chosen| chosen.raised) {
+        Some(Err(raised)) => Err(with_result(py, raised, || found)),
+        _ => found,
+    }
+}
+
+impl Chosen<'_> {
+    /// What the result of a search says of the accuracy.
+    fn judge(&self, found: &mut Equilibrium, error: Option<&SpaceError>) {
+        let too_large = error.map(|error| error.relative).filter(|error| *error > self.rtol);
+        match (&self.failure, too_large) {
+            (Some(why), _) => found.miss_accuracy(why),
+            (None, Some(error)) => found.miss_accuracy(&format!(
+                "The space error is {error:.0e} of the length (requested: {:.0e}).",
+                self.rtol
+            )),
+            (None, None) => {}
+        }
+        if found.status.is_equilibrium() {
+            found.message += &format!(" {}", self.words);
+        }
+    }
 }
 
 /// Where a search begins, by the method and what is given for it.
@@ -507,8 +402,7 @@ impl PyStaticsResult {
         error: Option<SpaceError>,
     ) -> PyResult<Self> {
         let py = model.py();
-        let of_modes = error.iter().flat_map(|error| [error.doubt(), error.about_stretch()]).flatten();
-        let doubt: String = of_modes.map(|sentence| format!(" {sentence}")).collect();
+        let doubt = error.as_ref().map_or_else(String::new, SpaceError::sentences);
         let n = found.q.len();
         let Equilibrium {
             q,
@@ -528,7 +422,7 @@ impl PyStaticsResult {
             if path.load_factor.is_empty() { None } else { Some(PyEquilibriumPath::new(py, path, n)?) };
         let [q, u] = [q, u].map(|values| ReadOnly::new(values.into_pyarray(py)));
         let (q, u) = (q?, u?);
-        let message = if status.is_success() {
+        let message = if status.is_equilibrium() {
             Message::new(message + &tendons.message() + &doubt, Subject::at_rest(model, [&q, &u], t))
         } else {
             Message::new(message + &tendons.of_failure(), Subject::of_model(model))
@@ -551,217 +445,11 @@ impl PyStaticsResult {
             u: Some(u),
             t: Some(t),
             space_error: error.map(|error| Py::new(py, PySpaceError::new(error))).transpose()?,
+            model: None,
             nit: iterations,
             nfev: forces,
             njev: tangents,
         })
-    }
-}
-
-/// Follow a path of equilibria over the load factor, through limit points and onto branches.
-///
-/// The load factor scales all loads. With `inputs`, it interpolates inputs such as tensions, pressures and lengths between two
-/// values, at 0 and at 1, under the full load.
-///
-/// Parameters
-/// ----------
-/// model : Model
-///     A `Rod`, `Robot` or `SpringPendulum`.
-/// q0 : array_like, shape (n,), optional
-///     Coordinates at or near the equilibrium at which the path begins; by default zero, with `inputs` the equilibrium found by
-///     `statics`.
-/// load_factor : float
-///     Fraction of the loads, including gravity, at the beginning; with `inputs` the path parameter.
-/// direction : array_like, shape (n,), optional
-///     The initial direction of the path: one of the `directions` of a bifurcation, or its opposite, to
-///     follow the branches there. By default the path leads towards larger load factors.
-/// bounds : (float, float)
-///     Lowest and highest load factor, at which the path ends.
-/// max_step : float
-///     Maximum step, measured jointly in radians of the whole rod, stretch, shear and load factor.
-/// max_steps : int
-///     Maximum number of steps.
-/// t : float
-///     Time at which time-dependent loads are evaluated, seconds.
-/// tol : float
-///     As for `statics`.
-/// u : array_like, shape (m,), or dict, optional
-///     Inputs that do not vary along the path; by default `u0` of the model.
-/// inputs : mapping from str to (from, to), optional
-///     Names of the inputs that vary, with their values at 0 and at 1: two numbers, or two triples for a vector input. A vector
-///     input and its single entries cannot both be given.
-///
-/// Returns
-/// -------
-/// ContinuationResult
-///     `path` with its `load_factor`, `q`, `stability` and `critical_points`; `success`, `status`, `message`.
-///
-/// Raises
-/// ------
-/// ValueError, TypeError
-///     If an argument is invalid.
-/// KeyboardInterrupt
-///     On Ctrl-C. Its attribute `result` is the ContinuationResult with the path until then; exceptions of functions of time have it, too.
-///
-/// Examples
-/// --------
-/// A column under one and a half times its buckling load, straight and then buckled to one side:
-///
-/// >>> import numpy as np, lissom
-/// >>> column = lissom.Segment(1.0, 0.01, 1e9, 4e8, 1000, modes={"bend_y": 4})
-/// >>> buckling_load = np.pi**2 / 4 * 1e9 * np.pi / 4 * 0.01**4
-/// >>> rod = lissom.Rod([column], gravity=(0, 0, 0), tip_force=(-1.5 * buckling_load, 0, 0))
-/// >>> point = lissom.continuation(rod).path.critical_points[0]
-/// >>> point.kind, round(1.5 * point.load_factor, 5)
-/// ('bifurcation', 1.0)
-/// >>> buckled = lissom.continuation(
-/// ...     rod, point.q, load_factor=point.load_factor, direction=point.directions[0]
-/// ... )
-/// >>> buckled.success, buckled.path.stability[-1]
-/// (True, 'stable')
-#[pyfunction]
-#[pyo3(signature = (model=None, q0=None, *more, load_factor=0.0, direction=None, bounds=None, max_step=None, max_steps=None, t=0.0, tol=None, u=None, inputs=None, **others),
-       text_signature = "(model, q0=None, *, load_factor=0.0, direction=None, bounds=(0.0, 1.0), max_step=0.25, max_steps=500, t=0.0, tol=1e-10, u=None, inputs=None)")]
-#[allow(clippy::too_many_arguments, reason = "keyword-only options of a Python function")]
-pub(crate) fn continuation<'py>(
-    py: Python<'py>,
-    #[pyo3(from_py_with = arguments::given)] model: Option<&Bound<'py, PyAny>>,
-    q0: Option<&Bound<'py, PyAny>>,
-    more: &Bound<'_, PyTuple>,
-    #[pyo3(from_py_with = arguments::number::load_factor)] load_factor: f64,
-    direction: Option<&Bound<'py, PyAny>>,
-    bounds: Option<&Bound<'py, PyAny>>,
-    #[pyo3(from_py_with = arguments::optional_number::max_step)] max_step: Option<f64>,
-    #[pyo3(from_py_with = arguments::optional_whole::max_steps)] max_steps: Option<i64>,
-    #[pyo3(from_py_with = arguments::number::t)] t: f64,
-    #[pyo3(from_py_with = arguments::optional_number::tol)] tol: Option<f64>,
-    u: Option<&Bound<'py, PyAny>>,
-    inputs: Option<&Bound<'py, PyAny>>,
-    others: Option<&Bound<'_, PyDict>>,
-) -> PyResult<PyContinuationResult> {
-    let model = required!("continuation", others; more, model);
-    let u = u.map(|u| inputs_of(model, u)).transpose()?;
-    let of_model = model;
-    let held = inputs_or_default(of_model, u.as_deref())?;
-    let mut model = native_with(of_model, t, u.as_deref())?;
-    let inputs = inputs.map(|inputs| input_path(of_model, u, inputs, t)).transpose()?;
-    let n = model.facts().n;
-    let vector = |value: Option<&Bound<'py, PyAny>>, name| {
-        value.map(|value| convert::finite_vector_of(value, n, name)).transpose()
-    };
-    let defaults = ContinuationOptions::default();
-    let options = ContinuationOptions {
-        inputs,
-        q0: vector(q0, "q0")?,
-        load_factor,
-        direction: vector(direction, "direction")?,
-        bounds: bounds.map_or(Ok(defaults.bounds), |bounds| convert::array_of(bounds, "bounds"))?,
-        max_step: max_step.unwrap_or(defaults.max_step),
-        max_steps: count(max_steps, "max_steps", defaults.max_steps)?,
-        tol: tol.unwrap_or(defaults.tol),
-        ..defaults
-    };
-    let search = move |monitor: Monitor<'_>| core::continuation(&mut *model, &options, monitor);
-    run(py, n, search, |found| {
-        let Counters { iterations, forces, tangents } = found.counters;
-        Ok(PyContinuationResult {
-            path: PyEquilibriumPath::new(py, found.path, n)?,
-            success: found.status.is_success(),
-            status: found.status.name().to_owned(),
-            message: Message::new(found.message, Subject::of_model(base(of_model)?)),
-            u: Some(ReadOnly::new(held.into_pyarray(py))?),
-            t: Some(t),
-            nit: iterations,
-            nfev: forces,
-            njev: tangents,
-        })
-    })
-}
-
-/// The base class of a model.
-pub(super) fn base<'a, 'py>(model: &'a Bound<'py, PyAny>) -> PyResult<&'a Bound<'py, PyModel>> {
-    model_of(model, "model")
-}
-
-/// Values for all inputs of a model.
-pub(super) fn inputs_of(model: &Bound<'_, PyAny>, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    let model = base(model)?.get();
-    let instead = |_| "`lissom.statics_many(model, u)` takes one set of inputs in each row".to_owned();
-    model.inputs_of(u).map_err(|error| or_rows(u, model.input_names().len(), error, instead))
-}
-
-/// These inputs, or the defaults of a model.
-pub(super) fn inputs_or_default(model: &Bound<'_, PyAny>, u: Option<&[f64]>) -> PyResult<Vec<f64>> {
-    let model = base(model)?.get();
-    Ok(u.map_or_else(|| model.default_inputs(), <[f64]>::to_vec))
-}
-
-/// A separate copy of a model, at a time and with these inputs.
-pub(super) fn native_with(model: &Bound<'_, PyAny>, t: f64, u: Option<&[f64]>) -> PyResult<Box<dyn Native>> {
-    let mut model = base(model)?.get().native();
-    check_time(t, model.facts().time_span)?;
-    if let Some(u) = u {
-        model.set_inputs(u);
-    }
-    or_raised(model.set_time(t))?;
-    if let Some(what) = model.not_finite() {
-        return Err(PyValueError::new_err(format!("{what}, expected finite numbers")));
-    }
-    Ok(model)
-}
-
-/// The linear path of inputs from one value to another; the other inputs are constant, as in `u`.
-fn input_path(
-    model: &Bound<'_, PyAny>,
-    u: Option<Vec<f64>>,
-    inputs: &Bound<'_, PyAny>,
-    time: f64,
-) -> PyResult<InputPath> {
-    let model = base(model)?.get();
-    let from = u.unwrap_or_else(|| model.default_inputs());
-    let mut path = InputPath { to: from.clone(), from, time };
-    for (entries, [from, to]) in inputs::pairs(inputs, &model.input_names(), "inputs", inputs::value)? {
-        path.from[entries.clone()].copy_from_slice(&from);
-        path.to[entries].copy_from_slice(&to);
-    }
-    Ok(path)
-}
-
-/// Runs a computation of a model of `n` coordinates without the interpreter, and converts what it found. Ctrl-C and
-/// exceptions of functions of time stop it; the exception then has what was found until then as its `result`.
-pub(super) fn run<'py, T: Send + 'static, R: IntoPyObject<'py>>(
-    py: Python<'py>,
-    n: usize,
-    search: impl FnOnce(Monitor<'_>) -> Result<Result<T, Unfinished<T>>, InvalidInput> + Send + 'static,
-    result: impl FnOnce(T) -> PyResult<R>,
-) -> PyResult<R> {
-    /// An evaluation of a model of a thousand coordinates, with its decompositions, ends within this time.
-    const PATIENCE: Duration = Duration::from_secs(5);
-    let (found, raised) = if n >= background::LARGE {
-        let ((found, of_function), raised) = background::run_to_check(py, PATIENCE, move |abandoned| {
-            let found = search(&mut || abandoned.check());
-            // Functions of time keep their exceptions in the thread that called them.
-            (found, raised_by_function())
-        })?;
-        (found, of_function.and(raised))
-    } else {
-        let mut raised = Raised::default();
-        let mut ticker = Ticker::new();
-        let found = py.detach(|| {
-            search(&mut || {
-                raised.none_yet()?;
-                if !ticker.tick() {
-                    return Ok(());
-                }
-                raised.catch(Python::attach(|py| py.check_signals()))
-            })
-        });
-        (found, raised.into_result())
-    };
-    let found = found.or_raise()?.unwrap_or_else(Unfinished::into_inner);
-    match raised {
-        Ok(()) => result(found),
-        Err(error) => Err(with_result(py, error, || result(found))),
     }
 }
 
@@ -786,8 +474,4 @@ fn stops(load_steps: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
             convert::describe(value)
         ))
     })
-}
-
-fn count(value: Option<i64>, name: &str, default: usize) -> PyResult<usize> {
-    value.map_or(Ok(default), |value| convert::count(value, name))
 }

@@ -81,8 +81,6 @@ pub struct Scene {
     pub v0: Vec<f64>,
     /// Settings of the simulation.
     pub simulation: Simulation,
-    /// Indices of segments with open modes, counted link by link; [`Scene::choose_modes`] chooses them.
-    pub open_modes: Vec<usize>,
     /// Deprecated keys in the order of the file, with their replacements.
     pub deprecations: Vec<SceneProblem>,
     /// Contents of an imported file that the robot lacks, if any.
@@ -218,7 +216,6 @@ impl Scene {
         let built = build::build(&document, imported.as_ref(), &mut shape);
         match built {
             Some((model, [q0, v0], simulation)) if shape.problems.is_empty() => Ok(Self {
-                open_modes: parts::open_modes(&document),
                 not_taken: imported.and_then(|imported| imported.not_taken),
                 files: shape.files,
                 name: document.scene.name.unwrap_or_else(|| stem(file)),
@@ -251,6 +248,15 @@ impl Scene {
         }
     }
 
+    /// Indices of segments with open modes, counted link by link; [`Scene::choose_modes`] chooses them.
+    pub fn open_modes(&self) -> Vec<usize> {
+        match &self.model {
+            Model::Rod(rod) => robot::Robot::from(rod).open_segments(),
+            Model::Robot(robot) => robot.open_segments(),
+            Model::Pendulum(_) => Vec::new(),
+        }
+    }
+
     /// Chooses the modes that the scene leaves open, by trial motions to its tolerance; `monitor` may stop
     /// the search. The model is complete only if the returned status is a success. Does nothing if no modes
     /// are open.
@@ -263,13 +269,14 @@ impl Scene {
             Model::Robot(robot) => robot.clone(),
             Model::Pendulum(_) => return Ok(None),
         };
-        if self.open_modes.is_empty() {
+        let open = robot.open_segments();
+        if open.is_empty() {
             return Ok(None);
         }
         let Simulation { rtol, dt, output_dt, .. } = self.simulation;
         let request = accuracy::Request::new(rtol, output_dt.unwrap_or(dt).min(self.simulation.duration()));
         let purpose = Purpose::Motion(self.simulation.t_span());
-        let modes = accuracy::choose_modes(&robot, &self.open_modes, purpose, request, monitor)?;
+        let modes = accuracy::choose_modes(&robot, &open, purpose, request, monitor)?;
         if modes.is_success {
             self.set_model(match &self.model {
                 Model::Rod(rod) => Model::Rod(rod.with_segments_of(&modes.robot)),
@@ -286,7 +293,6 @@ impl Scene {
             (self.q0, self.v0) = (vec![0.0; n], vec![0.0; n]);
         }
         self.model = model;
-        self.open_modes.clear();
     }
 
     /// JSON Schema of scene files for editors, in which old keys are marked as deprecated; identical to the

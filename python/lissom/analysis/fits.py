@@ -143,7 +143,7 @@ def fit(
         raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
     search = Search(make, measured, names, confidence, bounds, max_runs, starts)
     found = search.best_fit()
-    for each in dict.fromkeys(search.unresolved):
+    for each in dict.fromkeys((*search.unresolved, *search.coarse)):
         warnings.warn(each, AccuracyWarning, stacklevel=3)
     return found
 

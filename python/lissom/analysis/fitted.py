@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import Robot
+from .._lissom import Robot, SpaceError
 from .base import ParameterResult, ReadOnly
 
 Array = NDArray[np.float64]
@@ -118,6 +118,9 @@ class FitResult(ParameterResult):
         Parameters that ended at a bound, which is one end of their intervals.
     confidence : float
         Coverage probability of the intervals.
+    space_error : SpaceError or None
+        Estimated error due to the finite number of modes of the fitted model in the measured equilibria, the
+        largest one; None for motions, and where it is not known.
     """
 
     # Pickles refer to the class by this module, where it has its methods.
@@ -135,11 +138,13 @@ class FitResult(ParameterResult):
     message: str
     at_bounds: tuple[str, ...]
     confidence: float
+    space_error: SpaceError | None = None
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         if "data" not in state:
             own, state = split_data(state)
             state["data"] = (FittedData(**own),)
+        state.setdefault("space_error", None)
         super().__setstate__(state)
 
     def __repr__(self) -> str:

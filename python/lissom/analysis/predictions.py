@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._lissom import Robot, finite_array, inputs_by_name
+from .._lissom import Robot, StaticsResult, finite_array, inputs_by_name, statics
 from ..common.arguments import keywords, number, sequence
 from .equilibria import OF_STATICS, differentiated, equilibrium_sensitivity, numbers_of
 from .measurements import OF_PLACES, NaturalFrequencies, RecordedMotion, StaticShapes
@@ -53,6 +54,9 @@ class Measured(Protocol):
         `wanted` are parameters of the model, and as text the names of initial states; these are in `starts`.
         """
 
+    def equilibria(self, model: Robot) -> Iterator[Callable[[], StaticsResult]]:
+        """What finds the measured equilibria of a model again; nothing for motions."""
+
 
 @dataclass
 class OfMotion:
@@ -85,6 +89,10 @@ class OfMotion:
     def has_inputs(self) -> bool:
         """See `Measured`."""
         return self.options.get("u") is not None
+
+    def equilibria(self, model: Robot) -> Iterator[Callable[[], StaticsResult]]:
+        """See `Measured`."""
+        return iter(())
 
     def with_half_steps(self) -> OfMotion | None:
         """The same with steps half as long; None if the method chooses them."""
@@ -131,6 +139,12 @@ class OfShapes:
         by_numbers = derivatives.reshape(self.numbers.size, len(numbers))
         return positions.reshape(self.numbers.shape), _with_starts(by_numbers, wanted)
 
+    def equilibria(self, model: Robot) -> Iterator[Callable[[], StaticsResult]]:
+        """See `Measured`."""
+        for row, u in enumerate(self.inputs):
+            q0 = self.last.get(row, self.q0)
+            yield partial(statics, model, q0, u=u, stability=False, **self.options)
+
 
 @dataclass
 class OfFrequencies:
@@ -165,6 +179,11 @@ class OfFrequencies:
                 "different ones: equal ones, as of a round rod in two directions, cannot be distinguished"
             )
         return found.frequencies, _with_starts(found.dfrequencies, wanted)
+
+    def equilibria(self, model: Robot) -> Iterator[Callable[[], StaticsResult]]:
+        """See `Measured`."""
+        q0 = self.q0 if self.last is None else self.last
+        yield partial(statics, model, q0, u=self.inputs, stability=False, **self.options)
 
 
 def _with_starts(derivatives: Array, wanted: Sequence[Any]) -> Array:

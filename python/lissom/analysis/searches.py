@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import LissomError, Robot, Tendon
+from .._lissom import LissomError, Robot, SpaceError, Tendon
 from .advice import implausible_units
 from .doubts import without_doubts
 from .fitted import FitResult, FittedData
@@ -108,6 +108,8 @@ class Search:
     best: tuple[float, Array, Array, Array] | None = None
     #: Warnings of unresolved vibrations in that run; those at trial values do not matter.
     unresolved: list[str] = field(default_factory=list)
+    #: Warning of a fitted model that has too few modes.
+    coarse: list[str] = field(default_factory=list)
     #: Residuals and Jacobian of the last values: the solver asks for both in turn.
     _cached: dict[bytes, tuple[Array, Array]] = field(default_factory=dict)
 
@@ -313,7 +315,8 @@ class Search:
             message += refine(intervals, found, (quantile * spread) ** 2)
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
-        message += "".join(f" {each}" for each in dict.fromkeys(self.unresolved))
+        space_error = self._space_error(model)
+        message += "".join(f" {each}" for each in dict.fromkeys((*self.unresolved, *self.coarse)))
         message += "".join(f" {each}" for each in implausible_units(model))
         if self.failures:
             message += f" {self.failures} of {self.runs} trial runs failed, the last one {self.failed}"
@@ -330,7 +333,19 @@ class Search:
             message=message,
             at_bounds=at_bounds,
             confidence=self.confidence,
+            space_error=space_error,
         )
+
+    def _space_error(self, model: Robot) -> SpaceError | None:
+        """The largest error of the measured equilibria due to the modes, after noting its warning."""
+        self.coarse = []
+        worst: SpaceError | None = None
+        for find in (find for each in self.measured for find in each.equilibria(model)):
+            found, doubts = without_doubts(find)
+            error = found.space_error
+            if error is not None and (worst is None or error.relative > worst.relative):
+                worst, self.coarse = error, doubts
+        return worst
 
     def _of_inputs(self, model: Robot) -> str:
         """Whether data of a robot with inputs came without them."""

@@ -114,6 +114,22 @@ pub fn actuate(
     Ok(search(model, targets, options, problem, monitor))
 }
 
+/// Error due to the finite number of modes of the equilibrium that was found at the time `t`; `None` if there is none.
+pub fn space_error(
+    model: &mut RobotModel,
+    found: &Found,
+    t: f64,
+) -> Result<Option<statics::SpaceError>, Interrupted> {
+    if matches!(found.status, Status::NoStart | Status::Interrupted) {
+        return Ok(None);
+    }
+    model.set_inputs(&found.u);
+    model.set_time(t)?;
+    let stability = found.verdict.map(|verdict| verdict.stability);
+    let rest = statics::Rest::of(&found.q, stability);
+    statics::error_at_rest(model, rest, (t, Some(&found.u)), statics::Effort::Little)
+}
+
 /// The search problem after validation.
 struct Problem {
     /// Initial inputs.

@@ -7,7 +7,7 @@
 //! `equations` contains the forces at a load factor (`load_parameter`), `corrector` Newton's method that
 //! stays on its path, `path` continuation, `search` the search for equilibria from a shape (with contacts, by `stiffness_continuation`), `descent` that under
 //! loads without a potential, `stability` the search for critical points, `tendons` the detection of slack
-//! tendons, `tied` and `tied_newton` models with closed loops, and `space_error` the error due to the finite number of modes.
+//! tendons, `tied` and `tied_newton` models with closed loops, and `space_error` and `error_along` the error due to the finite number of modes.
 //! [`crate::analysis::stability`] judges stability.
 //!
 //! ```
@@ -26,6 +26,7 @@ mod as_springs;
 mod corrector;
 mod descent;
 mod equations;
+mod error_along;
 mod interrupted;
 mod load_parameter;
 mod options;
@@ -41,12 +42,13 @@ mod tied_newton;
 mod tunnelling;
 
 pub use equations::Counters;
+pub use error_along::error_along;
 pub use interrupted::Monitor;
 pub use load_parameter::InputPath;
 pub use options::{ContinuationOptions, MAX_STOPS, Options, Start};
 pub use outcome::{Continuation, Equilibrium, Status};
 pub use path::{CriticalKind, CriticalPoint, Path};
-pub use space_error::{Effort, Estimate, LARGE, SpaceError, space_error};
+pub use space_error::{Effort, Estimate, LARGE, Rest, SpaceError, error_at_rest, is_at_rest, space_error};
 pub use tendons::Tendons;
 
 use as_springs::AsSprings;

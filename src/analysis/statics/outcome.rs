@@ -33,6 +33,8 @@ pub enum Status {
     Invalid(InvalidShape),
     /// Newton's method from the start failed.
     Newton(roots::Status),
+    /// In equilibrium under the full load, but with a larger error due to the finite number of modes than requested.
+    AccuracyNotReached,
     /// The monitor asked to stop.
     Interrupted,
 }
@@ -41,6 +43,11 @@ impl Status {
     /// True if the requested equilibrium or path was found.
     pub fn is_success(self) -> bool {
         matches!(self, Self::Converged | Self::Released | Self::Finished)
+    }
+
+    /// True if the forces are in equilibrium under the full load, whatever the accuracy.
+    pub fn is_equilibrium(self) -> bool {
+        matches!(self, Self::Converged | Self::Released | Self::AccuracyNotReached)
     }
 
     /// Stable name in lower case.
@@ -62,6 +69,7 @@ impl Status {
             Self::Invalid(InvalidShape::Open { .. }) => "loop_open",
             Self::Invalid(InvalidShape::DeepPenetration { .. }) => "deep_penetration",
             Self::Newton(status) => status.name(),
+            Self::AccuracyNotReached => "accuracy_not_reached",
             Self::Interrupted => "interrupted",
         }
     }
@@ -137,6 +145,9 @@ impl Status {
                 format!("{} {cure}.", ended(invalid_shape, load_factor))
             }
             Self::Newton(status) => status.message().to_owned(),
+            Self::AccuracyNotReached => {
+                "The forces are in equilibrium, but the numbers of modes do not give the requested accuracy.".to_owned()
+            }
             Self::Interrupted => {
                 format!("The search was interrupted at load factor {load_factor:.6}; this is what it had found by then.")
             }
@@ -176,6 +187,16 @@ pub struct Equilibrium {
     pub deepest: Option<Overlap>,
     /// Counts of steps, iterations and evaluations.
     pub counters: Counters,
+}
+
+impl Equilibrium {
+    /// Sets the status of an equilibrium that has not the requested accuracy, and says why. Failures stay as they are.
+    pub fn miss_accuracy(&mut self, why: &str) {
+        if self.status.is_success() {
+            self.status = Status::AccuracyNotReached;
+            self.message += &format!(" It has not the requested accuracy. {why}");
+        }
+    }
 }
 
 /// A path of equilibria.

@@ -134,6 +134,15 @@ impl SpaceError {
         })
     }
 
+    /// What messages say of the error: sentences with a space before each, or nothing.
+    pub fn sentences(&self) -> String {
+        [self.doubt(), self.about_stretch()]
+            .into_iter()
+            .flatten()
+            .map(|sentence| format!(" {sentence}"))
+            .collect()
+    }
+
     /// A warning if the error is large.
     pub fn doubt(&self) -> Option<String> {
         let is_small = self.relative <= LARGE;
@@ -161,31 +170,71 @@ impl SpaceError {
     }
 }
 
+/// A shape at rest whose error is estimated.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest<'a> {
+    /// Coordinates, shape (n,).
+    pub q: &'a [f64],
+    /// Lowest eigenvalue of the stiffness relative to that of material and springs; NaN if it is unknown.
+    pub lowest: f64,
+    /// Stability; `None` if it is unknown.
+    pub stability: Option<Stability>,
+    /// Fraction of the loads that acts.
+    pub load_factor: f64,
+}
+
+impl<'a> Rest<'a> {
+    /// A shape under the full load of which no more is known.
+    pub fn of(q: &'a [f64], stability: Option<Stability>) -> Self {
+        Self { q, lowest: f64::NAN, stability, load_factor: 1.0 }
+    }
+
+    /// Largest displacement by missing strains, if the change of forces with the shape enlarges it.
+    pub(super) fn enlarged(&self, missing: MissingStrain) -> f64 {
+        let softness = self.lowest.abs().clamp(SOFTEST, 1.0);
+        missing.displacement / if softness.is_nan() { 1.0 } else { softness }
+    }
+}
+
 /// Estimates the error of an equilibrium `found` of this model at the time `t` and with the inputs `u`, if not those by default.
 /// `None` if it is none, if nothing in the model is discretised, or if rounding decides the forces. With [`Effort::Little`] it costs a few evaluations of forces,
 /// otherwise a model with more modes and one tangent and factorisation of it. Allocates.
 pub fn space_error<M: Model + Clone>(
     model: &mut M,
     found: &Equilibrium,
-    (t, u): (f64, Option<&[f64]>),
+    at: (f64, Option<&[f64]>),
     effort: Effort,
 ) -> Result<Option<SpaceError>, Interrupted> {
     if !found.status.is_success() {
         return Ok(None);
     }
-    let Some(missing) = model.missing_strain(&found.q) else { return Ok(None) };
-    let length = model.facts().length;
-    let softness = found.lowest.abs().clamp(SOFTEST, 1.0);
-    let doubtful = missing.displacement / if softness.is_nan() { 1.0 } else { softness };
-    if doubtful > SUFFICIENT_ESTIMATE * length && is_rounding(model, &found.q, missing) {
+    let stability = found.verdict.map(|verdict| verdict.stability);
+    error_at_rest(model, Rest { lowest: found.lowest, ..Rest::of(&found.q, stability) }, at, effort)
+}
+
+/// The same of a shape that is known to be an equilibrium. Under a part of the loads only where no constraints or supports act, whose
+/// forces are not proportional to the loads.
+pub fn error_at_rest<M: Model + Clone>(
+    model: &mut M,
+    rest: Rest<'_>,
+    (t, u): (f64, Option<&[f64]>),
+    effort: Effort,
+) -> Result<Option<SpaceError>, Interrupted> {
+    if rest.load_factor != 1.0 && !scales_with_loads(model) {
         return Ok(None);
     }
-    let is_neutral = found.verdict.is_some_and(|verdict| verdict.stability == Stability::Neutral);
+    let Some(missing) = model.missing_strain(rest.q, rest.load_factor) else { return Ok(None) };
+    let length = model.facts().length;
+    let doubtful = rest.enlarged(missing);
+    if doubtful > SUFFICIENT_ESTIMATE * length && is_rounding(model, rest, missing) {
+        return Ok(None);
+    }
+    let is_neutral = rest.stability == Some(Stability::Neutral);
     let clear = if effort == Effort::Little { SUFFICIENT_ESTIMATE } else { ROUNDING_OF_DISPLACEMENTS };
     let is_clear = doubtful <= clear * length && missing.turn <= RESOLVED_ROTATION;
     let shift = if is_neutral { NEUTRAL_STIFFNESS } else { 0.0 };
     let estimated =
-        if is_clear { Estimated::NotTried } else { by_more_modes(model, found, (t, u), missing, shift)? };
+        if is_clear { Estimated::NotTried } else { by_more_modes(model, rest, (t, u), missing, shift)? };
     let errors = match estimated {
         // Steps along directions without resistance are as long as rounding makes them.
         Estimated::By(errors) if !is_neutral || errors.shape <= doubtful => errors,
@@ -218,6 +267,11 @@ pub fn space_error<M: Model + Clone>(
     }))
 }
 
+/// Whether all forces on rods are proportional to the loads: not those of constraints and supports.
+pub(super) fn scales_with_loads<M: Model>(model: &M) -> bool {
+    model.facts().constraints() == 0 && model.facts().springs == 0
+}
+
 /// A number with three digits.
 fn rounded(x: f64) -> f64 {
     format!("{x:.2e}").parse().unwrap_or(x)
@@ -225,7 +279,7 @@ fn rounded(x: f64) -> f64 {
 
 /// Whether rounding of the shape changes the missing strains: supports or contacts may be so stiff that no shape in floating-point
 /// numbers has the right forces, and the balance is then no estimate.
-fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bool {
+fn is_rounding<M: Model>(model: &mut M, rest: Rest<'_>, missing: MissingStrain) -> bool {
     /// Rounding errors of a few operations.
     const ROUNDING: f64 = 4.0 * f64::EPSILON;
     /// Largest relative change of the missing strains.
@@ -234,8 +288,8 @@ fn is_rounding<M: Model>(model: &mut M, q: &[f64], missing: MissingStrain) -> bo
     let nearby = |(k, (q, size)): (usize, (&f64, &f64))| {
         if k % 2 == 0 { q + ROUNDING * size } else { q - ROUNDING * size }
     };
-    let nearby: Vec<f64> = q.iter().zip(sizes).enumerate().map(nearby).collect();
-    let there = model.missing_strain(&nearby).map_or(0.0, |there| there.displacement);
+    let nearby: Vec<f64> = rest.q.iter().zip(sizes).enumerate().map(nearby).collect();
+    let there = model.missing_strain(&nearby, rest.load_factor).map_or(0.0, |there| there.displacement);
     (there - missing.displacement).abs() > LARGEST_STRAIN_CHANGE * missing.displacement
 }
 
@@ -260,12 +314,12 @@ struct Errors {
 /// Errors by steps of a model with more modes.
 fn by_more_modes<M: Model + Clone>(
     model: &mut M,
-    found: &Equilibrium,
+    rest: Rest<'_>,
     (t, u): (f64, Option<&[f64]>),
     missing: MissingStrain,
     shift: f64,
 ) -> Result<Estimated, Interrupted> {
-    let finer = |more| with_more_modes(model, &found.q, more, MOST_COORDINATES);
+    let finer = |more| with_more_modes(model, rest.q, more, MOST_COORDINATES);
     let Some((mut richer, q)) = MORE_MODES.into_iter().find_map(finer) else {
         return Ok(Estimated::NotTried);
     };
@@ -273,17 +327,12 @@ fn by_more_modes<M: Model + Clone>(
         richer.set_inputs(u);
     }
     richer.set_time(t)?;
-    let rest = vec![0.0; found.q.len()];
-    let mut multipliers = vec![0.0; model.facts().constraints()];
-    if !multipliers.is_empty()
-        && one_sided::multipliers(model, [&found.q, &rest, &rest], &mut multipliers).is_err()
-    {
-        return Ok(Estimated::NotTried);
-    }
-    let Some((mut system, there)) = followed(&mut richer, &q, &multipliers, shift) else {
+    let Some(multipliers) = multipliers_of(model, rest.q) else { return Ok(Estimated::NotTried) };
+    let balance = Balance { multipliers: &multipliers, load_factor: rest.load_factor, shift };
+    let Some((mut system, there)) = followed(&mut richer, &q, balance) else {
         return Ok(Estimated::Unknown);
     };
-    let [tip, shape] = displacements(model, &found.q, &mut richer, [&q, &there]);
+    let [tip, shape] = displacements(model, rest.q, &mut richer, [&q, &there]);
     let step: Vec<f64> = there.iter().zip(&q).map(|(there, q)| there - q).collect();
     let strains = richer.effect_of_strains(&q, &step).unwrap_or_default();
     let part = left_out(&mut richer, &mut system, there, missing);
@@ -303,15 +352,35 @@ fn by_more_modes<M: Model + Clone>(
     }))
 }
 
+/// Forces of constraints in a shape; `None` if they are singular.
+fn multipliers_of<M: Model>(model: &mut M, q: &[f64]) -> Option<Vec<f64>> {
+    let rest = vec![0.0; q.len()];
+    let mut multipliers = vec![0.0; model.facts().constraints()];
+    if !multipliers.is_empty() {
+        one_sided::multipliers(model, [q, &rest, &rest], &mut multipliers).ok()?;
+    }
+    Some(multipliers)
+}
+
+/// Whether a shape is an equilibrium under the full load: a step of Newton's method hardly moves it. Costs a tangent and its factorisation.
+pub fn is_at_rest<M: Model + Clone>(model: &mut M, q: &[f64]) -> bool {
+    /// Displacement by that step, relative to the length: a tenth of what is a [`LARGE`] error.
+    const AT_REST: f64 = 0.1 * LARGE;
+    let length = model.facts().length;
+    let mut moved = || {
+        let multipliers = multipliers_of(model, q)?;
+        let balance = Balance { multipliers: &multipliers, load_factor: 1.0, shift: 0.0 };
+        let there = Linearised::new(model, q, balance)?.step(model, q)?;
+        let mut same = model.clone();
+        Some(displacements(model, q, &mut same, [q, &there]))
+    };
+    moved().is_some_and(|moved| moved.iter().all(|moved| *moved <= AT_REST * length))
+}
+
 /// The shape to which Newton's method leads from one nearby, and the equations linearised at the start of the last step. One step
 /// suffices if its residual is small. `None` without convergence.
-fn followed<M: Model>(
-    model: &mut M,
-    q: &[f64],
-    multipliers: &[f64],
-    shift: f64,
-) -> Option<(Linearised, Vec<f64>)> {
-    let mut system = Linearised::new(model, q, multipliers, shift)?;
+fn followed<M: Model>(model: &mut M, q: &[f64], balance: Balance<'_>) -> Option<(Linearised, Vec<f64>)> {
+    let mut system = Linearised::new(model, q, balance)?;
     let mut there = system.step(model, q)?;
     for _ in 0..MOST_STEPS {
         let before = system.out_of_balance;
@@ -320,7 +389,8 @@ fn followed<M: Model>(
             return Some((system, there));
         }
         let at_first = system.at_first;
-        system = Linearised { at_first, ..Linearised::new(model, &there, &system.multipliers, shift)? };
+        let balance = Balance { multipliers: &system.multipliers, ..balance };
+        system = Linearised { at_first, ..Linearised::new(model, &there, balance)? };
         there = system.step(model, &there)?;
     }
     None
@@ -343,10 +413,18 @@ fn left_out<M: Model>(
         }
         q = next;
     }
-    let left = model.missing_strain(&q).map_or(0.0, |missing| missing.displacement);
+    let left = model.missing_strain(&q, system.load_factor).map_or(0.0, |missing| missing.displacement);
     let part = if missing.displacement > 0.0 { left / missing.displacement } else { 0.0 };
     // Far from an equilibrium the balance is no estimate.
     if has_converged { part } else { 0.0 }
+}
+
+/// The forces in balance: those of constraints, a fraction of the loads, and an additional stiffness relative to that of each coordinate.
+#[derive(Clone, Copy)]
+struct Balance<'a> {
+    multipliers: &'a [f64],
+    load_factor: f64,
+    shift: f64,
 }
 
 /// The equations of shape and multipliers together, linearised at a shape and in dimensionless form.
@@ -360,14 +438,16 @@ struct Linearised {
     /// Factors, unless the system is singular, as with redundant loops.
     lu: Option<Lu>,
     multipliers: Vec<f64>,
+    load_factor: f64,
     /// Norm of the right-hand side of the first step and of the last one.
     at_first: f64,
     out_of_balance: f64,
 }
 
 impl Linearised {
-    /// `None` if a number is not finite. The shift is added to all stiffness, relative to that of each coordinate.
-    fn new<M: Model>(model: &mut M, q: &[f64], multipliers: &[f64], shift: f64) -> Option<Self> {
+    /// `None` if a number is not finite.
+    fn new<M: Model>(model: &mut M, q: &[f64], balance: Balance<'_>) -> Option<Self> {
+        let Balance { multipliers, load_factor, shift } = balance;
         let (n, m) = (q.len(), multipliers.len());
         let rest = vec![0.0; n];
         let (mut tangent, mut jacobian) = (Matrix::zeros(n, n), Matrix::zeros(m, n));
@@ -377,6 +457,13 @@ impl Linearised {
         model.set_multipliers(multipliers);
         model.weighted_tangent(q, &rest, &rest, [1.0, 0.0, 0.0], &mut tangent);
         model.set_multipliers(&vec![0.0; m]);
+        if load_factor != 1.0 {
+            let mut elastic = Matrix::zeros(n, n);
+            model.elastic_tangent(q, &mut elastic);
+            for (entry, part) in tangent.iter_mut().zip(&elastic) {
+                *entry = part + load_factor * (*entry - part);
+            }
+        }
         if m > 0 {
             model.gap_jacobian(q, &mut jacobian);
         }
@@ -411,7 +498,7 @@ impl Linearised {
         let mut lu = Lu::new(n + m);
         let is_regular = lu.factorise(&system).is_ok() && lu.reciprocal_condition() > SINGULAR_SYSTEM;
         let (lu, multipliers) = (is_regular.then_some(lu), multipliers.to_vec());
-        Some(Self { sizes, moved, system, lu, multipliers, at_first: 0.0, out_of_balance: 0.0 })
+        Some(Self { sizes, moved, system, lu, multipliers, load_factor, at_first: 0.0, out_of_balance: 0.0 })
     }
 
     /// Norm of the residual in a shape.
@@ -429,6 +516,13 @@ impl Linearised {
         model.set_multipliers(&self.multipliers);
         model.inverse_dynamics(q, &rest, &rest, &mut forces);
         model.set_multipliers(&vec![0.0; m]);
+        if self.load_factor != 1.0 {
+            let mut elastic = vec![0.0; n];
+            model.elastic_forces(q, &mut elastic);
+            for (force, part) in forces.iter_mut().zip(elastic) {
+                *force = part + self.load_factor * (*force - part);
+            }
+        }
         if m > 0 {
             model.gaps(q, &mut gaps);
         }

@@ -68,9 +68,9 @@ pub trait Refinable: Dynamics {
         Self: Sized;
 
     /// The strains that the finite number of modes leaves out of a shape at rest, from the balance of the forces in that shape with
-    /// fixed joints and forces. Strains without modes do not count. `None` for a system without rods. Costs little more than an
-    /// evaluation of the forces. Allocates.
-    fn missing_strain(&mut self, q: &[f64]) -> Option<MissingStrain>;
+    /// fixed joints and forces, under this fraction of the loads (elastic supports count among them). Strains without modes do not
+    /// count. `None` for a system without rods. Costs little more than an evaluation of the forces. Allocates.
+    fn missing_strain(&mut self, q: &[f64], load_factor: f64) -> Option<MissingStrain>;
 
     /// The effect of the strains of these coordinates in a shape, with fixed joints. Allocates.
     fn effect_of_strains(&mut self, q: &[f64], change: &[f64]) -> Option<MissingStrain>;

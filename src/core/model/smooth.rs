@@ -260,7 +260,7 @@ impl<M: Smooth> Refinable for M {
         None
     }
 
-    fn missing_strain(&mut self, _q: &[f64]) -> Option<MissingStrain> {
+    fn missing_strain(&mut self, _q: &[f64], _load_factor: f64) -> Option<MissingStrain> {
         None
     }
 

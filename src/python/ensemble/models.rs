@@ -16,6 +16,7 @@ pub(super) enum Models {
 impl Models {
     pub(super) fn of(model: &Bound<'_, PyAny>) -> PyResult<Self> {
         if let Ok(model) = model.cast::<PyModel>() {
+            model.get().check_modes()?;
             return Ok(Self::One(model.clone().unbind()));
         }
         let models = each(model)?;

@@ -6,10 +6,10 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::super::callback::raised_by_function;
+use super::super::choice::with_python_names;
 use super::super::convert;
 use super::super::model::Native;
 use super::super::rows::{Vectors, of_row};
-use super::super::simulate::with_python_names;
 use super::inputs::Inputs;
 use super::models::Models;
 use super::places::OnLink;

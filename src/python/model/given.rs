@@ -12,8 +12,17 @@ use crate::python::convert;
 /// The models.
 pub(crate) const MODEL: &str = "a Model (Rod, Robot, SpringPendulum)";
 
-/// A model; anything else is refused with what makes one of it.
+/// A model whose coordinates are known; anything else is refused with what makes one of it.
 pub(crate) fn model_of<'a, 'py>(
+    found: &'a Bound<'py, PyAny>,
+    place: &str,
+) -> PyResult<&'a Bound<'py, PyModel>> {
+    let model = any_model_of(found, place)?;
+    model.get().check_modes().map(|()| model)
+}
+
+/// The same for what chooses open modes.
+pub(crate) fn any_model_of<'a, 'py>(
     found: &'a Bound<'py, PyAny>,
     place: &str,
 ) -> PyResult<&'a Bound<'py, PyModel>> {

@@ -25,7 +25,7 @@ use crate::python::words::required;
 use crate::robot::{Robot, RobotModel};
 
 pub(super) use self::energy::PyEnergy;
-pub(super) use self::given::{MODEL, check_model, model_of, not_a_model, of_file};
+pub(super) use self::given::{MODEL, any_model_of, check_model, model_of, not_a_model, of_file};
 pub(super) use self::native::Native;
 pub(super) use self::stepped::Stepped;
 
@@ -38,6 +38,8 @@ pub(crate) struct PyModel {
     n: usize,
     varies_in_time: bool,
     depends_on_time: bool,
+    /// The first segment whose modes are open, in words.
+    open: Option<String>,
     memory: Arc<Mutex<Memory>>,
 }
 
@@ -79,12 +81,29 @@ impl PyModel {
         let (n, varies_in_time) = (model.facts().n, model.facts().varies_in_time);
         // A prescribed constant pose of the base is also applied by setting a time.
         let depends_on_time = model.robot().map_or(varies_in_time, Robot::depends_on_time);
+        let open = model.robot().and_then(open_modes);
         Self {
             n,
             varies_in_time,
             depends_on_time,
+            open,
             memory: Arc::new(Mutex::new(Memory { model: Box::new(model), forward: None })),
         }
+    }
+
+    /// Number of generalised coordinates; of a model with open modes, one of what stands in for it.
+    pub(super) fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Whether modes are open, so that there are no coordinates yet.
+    pub(crate) fn is_open(&self) -> bool {
+        self.open.is_some()
+    }
+
+    /// Refuses a model with open modes.
+    pub(crate) fn check_modes(&self) -> PyResult<()> {
+        self.open.as_ref().map_or(Ok(()), |segment| Err(refusal_of_open_modes(segment)))
     }
 
     /// A fact of the model, without a copy.
@@ -158,8 +177,27 @@ impl PyModel {
     }
 
     fn state(&self, value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
+        self.check_modes()?;
         convert::finite_vector_of(value, self.n, name)
     }
+}
+
+/// The first segment of a robot whose modes are open, in words.
+fn open_modes(robot: &Robot) -> Option<String> {
+    robot.open_segments().first().map(|&segment| robot.name_of_segment(segment))
+}
+
+/// Refuses a robot with open modes.
+pub(super) fn check_modes(robot: &Robot) -> PyResult<()> {
+    open_modes(robot).map_or(Ok(()), |segment| Err(refusal_of_open_modes(&segment)))
+}
+
+fn refusal_of_open_modes(segment: &str) -> PyErr {
+    PyValueError::new_err(format!(
+        "modes: {segment} has modes=\"auto\", and coordinates belong to numbers of modes: `lissom.choose_modes(robot, rtol=1e-3)` \
+         returns the robot with those that its equilibrium takes, with `t_end` those of a motion; `statics`, `modes` and \
+         `simulate(..., method=\"auto\")` choose them by themselves"
+    ))
 }
 
 /// Time of a state, which is required if anything depends on it.
@@ -193,8 +231,9 @@ pub(super) fn check_time(t: f64, [from, to]: [f64; 2]) -> PyResult<()> {
 impl PyModel {
     /// Number of generalised coordinates.
     #[getter]
-    pub(super) fn n(&self) -> usize {
-        self.n
+    #[pyo3(name = "n")]
+    fn coordinates(&self) -> PyResult<usize> {
+        self.check_modes().map(|()| self.n)
     }
 
     /// Names of the inputs, in the order of u.

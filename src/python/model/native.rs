@@ -4,7 +4,7 @@ use std::any::Any;
 
 use super::stepped::Stepped;
 use crate::analysis::refined_modes::{self, RefinedModes};
-use crate::analysis::statics::{self, Effort, Equilibrium, SpaceError};
+use crate::analysis::statics::{self, Effort, Equilibrium, Path, Rest, SpaceError};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::ode;
 use crate::integrators::ode::FirstOrder;
@@ -87,6 +87,20 @@ pub(crate) trait Native: model::Model + Send + Sync {
         found: &Equilibrium,
         at: (f64, Option<&[f64]>),
         effort: Effort,
+    ) -> Result<Option<SpaceError>, Interrupted>;
+
+    /// [`statics::error_along`].
+    fn error_along(
+        &mut self,
+        path: &Path,
+        at: (f64, Option<&[f64]>),
+    ) -> Result<Option<(usize, SpaceError)>, Interrupted>;
+
+    /// [`statics::error_at_rest`] with little effort, if the shape is an equilibrium.
+    fn error_of_shape(
+        &mut self,
+        rest: Rest<'_>,
+        at: (f64, Option<&[f64]>),
     ) -> Result<Option<SpaceError>, Interrupted>;
 
     /// [`refined_modes::refined_modes`].
@@ -185,6 +199,25 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         effort: Effort,
     ) -> Result<Option<SpaceError>, Interrupted> {
         statics::space_error(self, found, at, effort)
+    }
+
+    fn error_along(
+        &mut self,
+        path: &Path,
+        at: (f64, Option<&[f64]>),
+    ) -> Result<Option<(usize, SpaceError)>, Interrupted> {
+        statics::error_along(self, path, at)
+    }
+
+    fn error_of_shape(
+        &mut self,
+        rest: Rest<'_>,
+        at: (f64, Option<&[f64]>),
+    ) -> Result<Option<SpaceError>, Interrupted> {
+        if !statics::is_at_rest(self, rest.q) {
+            return Ok(None);
+        }
+        statics::error_at_rest(self, rest, at, Effort::Little)
     }
 
     fn refined_modes(

@@ -97,6 +97,7 @@ impl PySystem {
         }
         let jac = jac.filter(|_| implicit);
         if let Ok(model) = fun.cast::<PyModel>() {
+            model.get().check_modes()?;
             return Self::from_model(model, args, jac, raised);
         }
         let numbers = args.and_then(|args| convert::vector(args, "args").ok());

@@ -94,6 +94,9 @@ pub(super) fn annotation(kind: &Kind, is_argument: bool) -> String {
                 kinds.join(" | ")
             }
         },
+        Kind::Open(kind) if is_argument => {
+            format!("{} | {}", inner(kind), inner(&Kind::Word("", &[Kind::OPEN])))
+        }
         Kind::Open(kind) => inner(kind),
         Kind::Part(schema) if schema.is_dict => "dict[str, int]".to_owned(),
         Kind::Part(schema) if schema.is_list => inner(&schema.fields[0].kind),
@@ -155,7 +158,7 @@ fn words(kind: &Kind) -> String {
         Kind::Part(schema) if schema.is_short => format!("{}, tuple, dict or None", schema.name),
         Kind::Part(schema) if schema.is_dict => "dict of str to int".to_owned(),
         Kind::Part(schema) if schema.is_list => words(&schema.fields[0].kind),
-        Kind::Open(kind) => words(kind),
+        Kind::Open(kind) => format!("{} or '{}'", words(kind), Kind::OPEN),
         kind => annotation(kind, true),
     }
 }

@@ -176,6 +176,7 @@ pub(super) fn value_of(
         }
         Kind::OneOf(_, [each @ Kind::AtRestOrEach(_), _]) => number_or_table(object, name, each, functions),
         Kind::OneOf(_, kinds) => one_of(object, name, kinds, kind, functions),
+        Kind::Open(_) if object.is_instance_of::<PyString>() => text_of(object, name),
         Kind::Open(inner) => value_of(object, name, inner, functions),
         Kind::Part(schema) if schema.is_dict => dict_of(object, name, schema),
         Kind::Part(schema) if schema.is_list => {

@@ -19,7 +19,7 @@ pub(super) fn length<'py>(
     let n = robot.description().coordinates();
     let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
     robot.of_states(
-        robot.model(),
+        robot.model()?,
         [Some((q, "q")), None, None],
         At::time(t),
         "actuator_length",
@@ -38,7 +38,7 @@ pub(super) fn rate<'py>(
     let i = actuator_index(robot.description(), name).or_raise()?;
     let mut gradient = vec![0.0; robot.description().coordinates()];
     let states = [Some((q, "q")), Some((qd, "qd")), None];
-    robot.of_states(robot.model(), states, At::time(t), "actuator_rate", &[], &mut |model, [q, qd, _]| {
+    robot.of_states(robot.model()?, states, At::time(t), "actuator_rate", &[], &mut |model, [q, qd, _]| {
         vec![model.actuator(q, qd, i, &mut gradient)[1]]
     })
 }
@@ -54,7 +54,7 @@ pub(super) fn gradient<'py>(
     let n = robot.description().coordinates();
     let (zeros, mut gradient) = (vec![0.0; n], vec![0.0; n]);
     let states = [Some((q, "q")), None, None];
-    robot.of_states(robot.model(), states, At::time(t), "actuator_gradient", &[n], &mut |model, [q, ..]| {
+    robot.of_states(robot.model()?, states, At::time(t), "actuator_gradient", &[n], &mut |model, [q, ..]| {
         model.actuator(q, &zeros, i, &mut gradient);
         gradient.clone()
     })
@@ -78,9 +78,9 @@ pub(super) fn force<'py>(
             let qdd = (!qdd.is_empty()).then_some(qdd);
             vec![model.held_tension(q, qd, qdd, i).unwrap_or(f64::NAN)]
         };
-        return robot.of_states(robot.model(), states, at, "actuator_force", &[], &mut tension);
+        return robot.of_states(robot.model()?, states, at, "actuator_force", &[], &mut tension);
     }
-    robot.of_states(robot.model(), states, at, "actuator_force", &[], &mut |model, [q, qd, _]| {
+    robot.of_states(robot.model()?, states, at, "actuator_force", &[], &mut |model, [q, qd, _]| {
         vec![sign * model.actuator(q, qd, i, &mut gradient)[2]]
     })
 }

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use pyo3::PyTypeInfo;
 use pyo3::prelude::*;
 
-use super::super::model::{PyModel, Source};
+use super::super::model::{PyModel, Source, check_modes};
 use super::super::part::describe_model;
 use super::super::signal::Functions;
 use crate::description::schema::Part;
@@ -32,6 +32,11 @@ impl PyRobot {
     /// The description of the robot.
     pub(in crate::python) fn description(&self) -> &Robot {
         &self.description
+    }
+
+    /// The same, unless its modes are open.
+    pub(super) fn with_coordinates(&self) -> PyResult<&Robot> {
+        check_modes(&self.description).map(|()| &self.description)
     }
 
     /// The parts of the robot as users describe them.
@@ -62,24 +67,30 @@ impl PyRobot {
         })
     }
 
-    /// The model for kinematics, locked.
-    pub(super) fn kinematics(&self) -> MutexGuard<'_, RobotModel> {
+    /// The model for kinematics, locked, unless modes are open.
+    pub(super) fn kinematics(&self) -> PyResult<MutexGuard<'_, RobotModel>> {
+        self.with_coordinates().map(|_| self.compiled())
+    }
+
+    /// The same, also of a robot that stands in for one with open modes.
+    pub(super) fn compiled(&self) -> MutexGuard<'_, RobotModel> {
         let model = self.kinematics.get_or_init(|| Mutex::new(self.source.robot_model()));
         model.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A copy of the model.
-    pub(in crate::python) fn model(&self) -> RobotModel {
-        self.kinematics().clone()
+    /// A copy of the model, unless modes are open.
+    pub(in crate::python) fn model(&self) -> PyResult<RobotModel> {
+        Ok(self.kinematics()?.clone())
     }
 
     /// The time interval over which the prescribed motions are defined.
     pub(super) fn span(&self) -> [f64; 2] {
-        self.kinematics().facts().time_span
+        self.compiled().facts().time_span
     }
 
     /// A copy of the spatial model.
     pub(super) fn spatial(&self) -> PyResult<RobotModel> {
+        self.with_coordinates()?;
         if let Some(model) = self.spatial.get() {
             return Ok(model.clone());
         }
@@ -93,4 +104,12 @@ pub(in crate::python) fn describe_class(py: Python<'_>) -> PyResult<()> {
     describe_model(&PyRobot::type_object(py), described::Robot::SCHEMA, |object| {
         object.cast::<PyRobot>().ok().map(|robot| robot.get().described() as _)
     })
+}
+
+/// The number of coordinates, or that modes are open.
+pub(in crate::python) fn coordinates(robot: &Robot) -> String {
+    match robot.open_segments().is_empty() {
+        true => format!("n = {}", robot.coordinates()),
+        false => "modes open".to_owned(),
+    }
 }

@@ -19,7 +19,7 @@ pub(super) fn redundant<'py>(
     q: &Bound<'py, PyAny>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let q = convert::finite_vector_of(q, robot.description().coordinates(), "q")?;
-    let redundant = robot.model().redundant_constraints(&q);
+    let redundant = robot.model()?.redundant_constraints(&q);
     let found = PyDict::new(py);
     let of_loops = robot.description().loops.iter().map(|closed| closed.name.as_str());
     let names = of_loops.chain(robot.description().inextensible_tendons().map(Actuator::name));
@@ -45,9 +45,9 @@ pub(super) fn forces<'py>(
     };
     if matches!(robot.description().loops[i].tie, Tie::Coordinates { .. }) {
         let mut force = |model: &mut RobotModel, state: [&[f64]; 3]| vec![forces(model, state)[0]];
-        return robot.of_states(robot.model(), states, at, "loop_forces", &[], &mut force);
+        return robot.of_states(robot.model()?, states, at, "loop_forces", &[], &mut force);
     }
-    robot.of_states(robot.model(), states, at, "loop_forces", &[6], &mut |model, state| {
+    robot.of_states(robot.model()?, states, at, "loop_forces", &[6], &mut |model, state| {
         forces(model, state).to_vec()
     })
 }
@@ -62,7 +62,7 @@ pub(super) fn gaps<'py>(
     // Lengths of tendons are commands, as those of forces.
     let has_tendons = robot.description().inextensible_tendons().next().is_some();
     robot.of_states(
-        robot.model(),
+        robot.model()?,
         [Some((q, "q")), None, None],
         if has_tendons { At::forces(t, None) } else { At::time(t) },
         "loop_gaps",
@@ -83,7 +83,7 @@ pub(super) fn at_rest<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let n = robot.description().coordinates();
     robot.of_states(
-        robot.model(),
+        robot.model()?,
         [Some((q, "q")), None, None],
         at,
         "_loops_at_rest",

@@ -27,7 +27,7 @@ use crate::python::errors::OrRaise as _;
 use crate::python::words::required;
 use crate::robot::{Kernel, Multiplications, Robot, described};
 
-pub(super) use self::class::{PyRobot, describe_class};
+pub(super) use self::class::{PyRobot, coordinates, describe_class};
 
 /// A hash that equal robots share, of names alone: functions of time may have no hash.
 pub(super) fn hash_of(robot: &Robot) -> u64 {
@@ -96,7 +96,7 @@ impl PyRobot {
     /// Names of the coordinates: the name of the link, a dot, and the name of the coordinate within the link.
     #[getter]
     fn coordinates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.description().coordinate_names())
+        PyTuple::new(py, self.with_coordinates()?.coordinate_names())
     }
 
     /// Slice of a link's coordinates: ``q[robot.slice("left")]``.
@@ -114,8 +114,9 @@ impl PyRobot {
         py: Python<'py>,
         #[pyo3(from_py_with = arguments::text::link)] link: &str,
     ) -> PyResult<Bound<'py, PySlice>> {
-        let range =
-            self.description().coordinates_of(self.description().link_named(Some(link), "link").or_raise()?);
+        let range = self
+            .with_coordinates()?
+            .coordinates_of(self.description().link_named(Some(link), "link").or_raise()?);
         Ok(PySlice::new(py, range.start.cast_signed(), range.end.cast_signed(), 1))
     }
 
@@ -273,16 +274,16 @@ impl PyRobot {
     /// Number of quadrature nodes of each segment.
     #[getter]
     fn nodes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.kinematics().nodes())
+        PyTuple::new(py, self.kinematics()?.nodes())
     }
 
     /// Kernel that computes the robot: "planar" if its joints, modes and reference strains keep it in one plane, else "spatial".
     #[getter]
-    fn kernel(&self) -> &'static str {
-        match self.kinematics().kernel() {
+    fn kernel(&self) -> PyResult<&'static str> {
+        Ok(match self.kinematics()?.kernel() {
             Kernel::Planar => "planar",
             Kernel::Spatial => "spatial",
-        }
+        })
     }
 
     /// Estimated number of floating-point multiplications of one evaluation, by kind of evaluation; accurate to about a tenth
@@ -294,7 +295,7 @@ impl PyRobot {
     #[getter]
     fn multiplications<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Multiplications { residual, tangent, mass_matrix, factorisation, solution } =
-            self.kinematics().multiplications();
+            self.kinematics()?.multiplications();
         let counts = PyDict::new(py);
         counts.set_item("residual", residual)?;
         counts.set_item("tangent", tangent)?;
@@ -306,18 +307,18 @@ impl PyRobot {
 
     /// Describe what lissom computes for this robot, what it skips and why, and how many multiplications the evaluations take.
     /// Print the returned text.
-    fn explain(&self) -> String {
-        self.kinematics().full_explanation().to_string()
+    fn explain(&self) -> PyResult<String> {
+        Ok(self.kinematics()?.full_explanation().to_string())
     }
 
     /// Questions about numbers that are probably in other units.
     fn _implausible_units(&self) -> Vec<String> {
-        self.kinematics().description().implausible_units()
+        self.description().implausible_units()
     }
 
     /// Stiffness of every contact: given, of the material or from the loads.
     fn _contact_stiffness(&self) -> Vec<f64> {
-        self.kinematics().contact_stiffness()
+        self.compiled().contact_stiffness()
     }
 
     /// Poses of sections or bodies.
@@ -785,7 +786,7 @@ impl PyRobot {
     fn __repr__(&self) -> String {
         let links = self.description().links.len();
         let plural = if links == 1 { "" } else { "s" };
-        format!("<lissom.Robot of {links} link{plural}, n = {}>", self.description().coordinates())
+        format!("<lissom.Robot of {links} link{plural}, {}>", coordinates(self.description()))
     }
 
     /// For copies and pickles.

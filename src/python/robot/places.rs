@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use super::super::callback::or_raised;
 use super::super::convert;
 use super::super::errors::check_finite;
+use super::super::model::check_modes;
 use super::class::PyRobot;
 use super::states::{At, POSES_BETWEEN_SIGNALS, flat};
 use crate::description::rod::arc_length::is_on_rod;
@@ -81,7 +82,7 @@ impl PyRobot {
     fn place(&self, link: Option<&str>, x: Option<f64>) -> PyResult<Place> {
         let link = self.description().link_named(link, "link").or_raise()?;
         self.check_place(link, x)?;
-        Ok(self.kinematics().place_on(link, x))
+        Ok(self.kinematics()?.place_on(link, x))
     }
 }
 
@@ -94,6 +95,7 @@ pub(super) fn poses<'py>(
     t: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let py = q.py();
+    check_modes(robot.description())?;
     let n = robot.description().coordinates();
     let (states, number_of_states) = convert::finite_rows_of(q, n, "q")?;
     let link = robot.description().link_named(link, "link").or_raise()?;
@@ -104,7 +106,7 @@ pub(super) fn poses<'py>(
         number_of_states.into_iter().chain((!is_number).then_some(places.len())).chain([4, 4]).collect();
     // Locked without the interpreter, and only for one place or pose at a time: signal handlers may use
     // the same robot.
-    let model = || robot.kinematics();
+    let model = || robot.compiled();
     let answer_signals = |done: usize| {
         let is_time = done > 0 && done.is_multiple_of(POSES_BETWEEN_SIGNALS);
         if is_time { Python::attach(|py| py.check_signals()) } else { Ok(()) }
@@ -150,7 +152,7 @@ pub(super) fn jacobian<'py>(
     let n = robot.description().coordinates();
     let mut jacobian = Matrix::zeros(6, n);
     let states = [Some((q, "q")), None, None];
-    robot.of_states(robot.model(), states, At::time(t), "jacobian", &[6, n], &mut |model, [q, ..]| {
+    robot.of_states(robot.model()?, states, At::time(t), "jacobian", &[6, n], &mut |model, [q, ..]| {
         model.jacobian_at(q, &place, &mut jacobian);
         jacobian.transpose().as_slice().to_vec()
     })
@@ -166,7 +168,7 @@ pub(super) fn velocity<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let place = robot.place(link, x)?;
     let states = [Some((q, "q")), Some((qd, "qd")), None];
-    robot.of_states(robot.model(), states, At::time(t), "velocity", &[6], &mut |model, [q, qd, _]| {
+    robot.of_states(robot.model()?, states, At::time(t), "velocity", &[6], &mut |model, [q, qd, _]| {
         flat(model.velocity_at(q, qd, &place))
     })
 }
@@ -181,7 +183,7 @@ pub(super) fn acceleration<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let place = robot.place(link, x)?;
     let states = [Some((q, "q")), Some((qd, "qd")), Some((qdd, "qdd"))];
-    robot.of_states(robot.model(), states, At::time(t), "acceleration", &[6], &mut |model, [q, qd, qdd]| {
+    robot.of_states(robot.model()?, states, At::time(t), "acceleration", &[6], &mut |model, [q, qd, qdd]| {
         flat(model.acceleration_at(q, qd, qdd, &place))
     })
 }
@@ -193,7 +195,7 @@ pub(super) fn strains<'py>(
     x: Option<&Bound<'py, PyAny>>,
     link: Option<&str>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let mut model = robot.model();
+    let mut model = robot.model()?;
     let (sections, shape) = robot.sections(&model, x, link)?;
     let n = robot.description().coordinates();
     let (states, number) = convert::finite_rows_of(q, n, "q")?;

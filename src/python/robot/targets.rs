@@ -29,7 +29,7 @@ pub(super) fn reach<'py>(
         ));
     }
     let time = time_of_state(t, robot.description().is_moved())?;
-    let mut model = robot.model();
+    let mut model = robot.model()?;
     if robot.description().is_prescribed() {
         check_time(time, robot.span())?;
         or_raised(model.set_time(time))?;

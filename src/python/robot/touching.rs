@@ -23,7 +23,7 @@ pub(super) fn forces<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let i = contact_index(robot.description(), name)?;
     let states = [Some((q, "q")), Some((qd, "qd")), None];
-    robot.of_states(robot.model(), states, At::time(t), "contact_forces", &[6], &mut |model, [q, qd, _]| {
+    robot.of_states(robot.model()?, states, At::time(t), "contact_forces", &[6], &mut |model, [q, qd, _]| {
         flat(model.contact_wrench(q, qd, i))
     })
 }
@@ -40,7 +40,7 @@ pub(super) fn touches<'py>(
     let q = convert::finite_vector_of(q, n, "q")?;
     let qd = qd.map_or_else(|| Ok(vec![0.0; n]), |qd| convert::finite_vector_of(qd, n, "qd"))?;
     let time = time_of_state(t, robot.description().is_moved())?;
-    let mut model = robot.model();
+    let mut model = robot.model()?;
     or_raised(model.set_time(time))?;
     let class = py.import("lissom.model.contacts")?.getattr("Touch")?;
     let touch = |touch: ReportedTouch| {

@@ -3,10 +3,10 @@
 use pyo3::prelude::*;
 
 use super::super::callback::{Raised, or_raised};
+use super::super::choice::with_python_names;
 use super::super::convert;
 use super::super::model::{PyModel, Stepped};
 use super::super::motion::signals;
-use super::super::simulate::with_python_names;
 use crate::error::{InvalidInput, Number};
 use crate::python::errors::OrRaise as _;
 use crate::simulation::stepping::{Method, Status};

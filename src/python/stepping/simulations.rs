@@ -270,6 +270,7 @@ fn models_of(model: &Bound<'_, PyAny>, count: Option<i64>) -> PyResult<Vec<Py<Py
         None => None,
     };
     if let Ok(model) = model.cast::<PyModel>() {
+        model.get().check_modes()?;
         let Some(count) = count else {
             return Err(PyTypeError::new_err("count: missing, expected the number of rows of one model"));
         };

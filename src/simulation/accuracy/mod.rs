@@ -39,6 +39,7 @@ mod request;
 mod run;
 mod space;
 mod time;
+mod vibrations;
 
 use std::time::Instant;
 
@@ -49,8 +50,9 @@ use crate::integrators::second_order;
 use crate::simulation::simulate::{Simulation, grid};
 use crate::simulation::stepping::{Start, check_span};
 
-pub use modes::{Modes, Purpose, choose_modes};
+pub use modes::{Modes, Purpose, Search, choose_modes, in_words};
 pub use request::{DEFAULT_MAX_STEPS, DEFAULT_RTOL, Request};
+pub use vibrations::choose_modes_for_vibrations;
 
 use run::Plan;
 

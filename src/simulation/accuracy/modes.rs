@@ -4,8 +4,8 @@ use super::missing::SAFETY;
 use super::paths::{distances, largest};
 use super::request::Request;
 use super::run::{Plan, Run};
-use crate::analysis::statics::{self, Effort};
-use crate::description::rod::{MAX_MODES, STRAINS, reference_turns};
+use crate::analysis::statics::{self, Effort, SpaceError, Start};
+use crate::description::rod::{MAX_MODES, STRAIN_NAMES, STRAINS, reference_turns};
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
 use crate::model::{Dynamics as _, InTime as _};
 use crate::numerics::linalg::Matrix;
@@ -41,18 +41,49 @@ const SECTIONS: usize = 4;
 
 /// What modes are chosen for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Purpose {
+pub enum Purpose<'a> {
     /// The motion from rest over this interval, in seconds.
     Motion((f64, f64)),
     /// The equilibrium at this time, in seconds, reached with loads that grow from zero; with contact the one in which the straight
     /// model comes to rest.
     Equilibrium(f64),
+    /// The equilibrium that this search finds.
+    Search(&'a Search),
+}
+
+/// A search for an equilibrium.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Search {
+    /// Time of the loads, in seconds.
+    pub t: f64,
+    /// Inputs; `None` for the defaults.
+    pub u: Option<Vec<f64>>,
+    /// Options with a start in the coordinates of the robot for which modes are chosen; additional modes start at zero.
+    pub options: statics::Options,
+}
+
+/// Numbers of modes of the segments `open` in words: those that all have, or the range.
+pub fn in_words(robot: &Robot, open: &[usize]) -> String {
+    let segments: Vec<_> = robot.segments().collect();
+    let of_strain = |k: usize| {
+        let counts = open.iter().map(|&i| segments[i].modes[k]);
+        let (least, most) = (counts.clone().min()?, counts.max()?);
+        match most {
+            0 => None,
+            most if most == least => Some(format!("{} {most}", STRAIN_NAMES[k])),
+            most => Some(format!("{} {least} to {most}", STRAIN_NAMES[k])),
+        }
+    };
+    let counts: Vec<String> = (0..STRAINS).filter_map(of_strain).collect();
+    let place = if open.len() > 1 { format!(" in {} segments", open.len()) } else { String::new() };
+    format!("Modes chosen{place}: {}.", if counts.is_empty() { "none".to_owned() } else { counts.join(", ") })
 }
 
 /// Result of a choice of modes.
 #[derive(Clone, Debug)]
 pub struct Modes {
-    /// The robot with the chosen modes; after an interruption with those that the trials until then needed.
+    /// The robot with the chosen modes; after an interruption with those that the trials until then needed, without success those of
+    /// the most accurate trial.
     pub robot: Robot,
     /// Change of the measured places by the additional modes of the last trial, relative to the length; `None` without
     /// such a trial.
@@ -72,23 +103,26 @@ pub struct Modes {
 pub fn choose_modes(
     robot: &Robot,
     open: &[usize],
-    purpose: Purpose,
+    purpose: Purpose<'_>,
     request: Request,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Modes, InvalidInput> {
     check(robot, open, purpose, request)?;
-    let mut trials = Trials { open, purpose, request, monitor };
+    let mut trials = Trials { given: robot, open, purpose, request, monitor };
     let mut modes = vec![FIRST_MODES; open.len()];
     let mut kept = KEPT_TIP_MOTION;
     let mut space_error = None;
-    let ended = |failed: Failed, modes: &[[usize; STRAINS]], space_error| {
+    let mut best: Option<(f64, Robot)> = None;
+    let ended = |failed: Failed, modes: &[[usize; STRAINS]], space_error, best: Option<(f64, Robot)>| {
+        let so_far = || with_modes(robot, open, modes);
         let (robot, message) = match failed {
             Failed::Interrupted => {
                 let message = "The trials were interrupted: these are the modes that they needed by then.";
-                (with_modes(robot, open, modes), message.to_owned())
+                (so_far(), message.to_owned())
             }
             Failed::Because(why) => {
-                (robot.clone(), format!("No modes were chosen, because a trial failed. {why}"))
+                let robot = best.map_or_else(so_far, |(_, robot)| robot);
+                (robot, format!("No modes were chosen, because a trial failed. {why}"))
             }
         };
         Modes { robot, space_error, is_success: false, message }
@@ -97,7 +131,7 @@ pub fn choose_modes(
         let more: Vec<[usize; STRAINS]> = modes.iter().map(|modes| modes.map(more)).collect();
         let fine = match trials.run(robot, &more)? {
             Ok(trial) => trial,
-            Err(failed) => return Ok(ended(failed, &modes, space_error)),
+            Err(failed) => return Ok(ended(failed, &modes, space_error, best)),
         };
         let needed = trials.needed(&fine, &more, kept * request.rtol);
         let is_enough =
@@ -116,10 +150,10 @@ pub fn choose_modes(
                 (kept, modes) = (KEPT_FACTOR * kept, more);
                 continue;
             }
-            Ok(Err(failed)) => return Ok(ended(failed, &modes, space_error)),
+            Ok(Err(failed)) => return Ok(ended(failed, &modes, space_error, best)),
         };
-        let error = SAFETY * largest(&distances(&fine.places, &coarse.places)) / robot.length();
-        let error = error.max(coarse.space_error.unwrap_or(0.0));
+        let apart = SAFETY * largest(&distances(&fine.places, &coarse.places)) / robot.length();
+        let error = coarse.space_error.as_ref().map_or(apart, |error| apart.max(error.relative));
         space_error = Some(error);
         if error <= request.rtol {
             let message = format!("The modes leave a space error of {error:.0e} of the length.");
@@ -128,20 +162,31 @@ pub fn choose_modes(
             }
             return Ok(Modes { robot: coarse.robot, space_error, is_success: true, message });
         }
+        let given = coarse.too_few_given(open, request.rtol);
+        if best.as_ref().is_none_or(|(smallest, _)| error < *smallest) {
+            best = Some((error, coarse.robot));
+        }
+        if let (Some(message), true) = (given, apart <= request.rtol)
+            && let Some((_, robot)) = best
+        {
+            return Ok(Modes { robot, space_error, is_success: false, message });
+        }
         (kept, modes) = (KEPT_FACTOR * kept, more);
     }
     let message = format!(
         "No number of modes was found that reaches {:.0e}: cut the rod into more segments, or ask for less.",
         request.rtol
     );
-    Ok(Modes { robot: with_modes(robot, open, &modes), space_error, is_success: false, message })
+    let robot = best.map_or_else(|| with_modes(robot, open, &modes), |(_, robot)| robot);
+    Ok(Modes { robot, space_error, is_success: false, message })
 }
 
 /// Reports invalid arguments.
-fn check(robot: &Robot, open: &[usize], purpose: Purpose, request: Request) -> Result<(), InvalidInput> {
+fn check(robot: &Robot, open: &[usize], purpose: Purpose<'_>, request: Request) -> Result<(), InvalidInput> {
     request.validate()?;
     let mut check = Checker::new();
-    let (Purpose::Motion((t0, _)) | Purpose::Equilibrium(t0)) = purpose;
+    let (Purpose::Motion((t0, _)) | Purpose::Equilibrium(t0) | Purpose::Search(&Search { t: t0, .. })) =
+        purpose;
     if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)")
         && let Purpose::Motion((_, t_end)) = purpose
     {
@@ -177,23 +222,55 @@ fn unmoved(robot: &Robot, open: &[usize], error: f64) -> Modes {
 }
 
 /// Number of modes of a strain in a trial.
-fn more(modes: usize) -> usize {
+pub(super) fn more(modes: usize) -> usize {
     if modes == 0 { ANY_MODES } else { (modes + MORE_MODES).min(MAX_MODES) }
 }
 
-fn with_modes(robot: &Robot, open: &[usize], modes: &[[usize; STRAINS]]) -> Robot {
+pub(super) fn with_modes(robot: &Robot, open: &[usize], modes: &[[usize; STRAINS]]) -> Robot {
     let mut robot = robot.clone();
     let mut segments: Vec<_> = robot.segments_mut().collect();
     for (&segment, &modes) in open.iter().zip(modes) {
         segments[segment].modes = modes;
+        segments[segment].modes_are_open = false;
     }
     robot
 }
 
+/// Coordinates of a robot in one with other numbers of modes: modes that only one of them has are left out, or zero.
+fn carried(from: &Robot, to: &Robot, q: &[f64]) -> Vec<f64> {
+    let mut there = Vec::with_capacity(to.coordinates());
+    let mut next = 0;
+    for (segment, (old, new)) in from.segments().zip(to.segments()).enumerate() {
+        let first = from.first_coordinate(segment);
+        there.extend_from_slice(&q[next..first]);
+        next = first;
+        for (&old, &new) in old.modes.iter().zip(&new.modes) {
+            let both = old.min(new);
+            there.extend_from_slice(&q[next..next + both]);
+            there.resize(there.len() + new - both, 0.0);
+            next += old;
+        }
+    }
+    there.extend_from_slice(&q[next..]);
+    there
+}
+
+impl Search {
+    /// The options for a robot with other numbers of modes than the given one.
+    pub fn options_for(&self, given: &Robot, robot: &Robot) -> statics::Options {
+        let mut options = self.options.clone();
+        if let Start::Descent(q) | Start::Newton(q) = &mut options.start {
+            *q = carried(given, robot, q);
+        }
+        options
+    }
+}
+
 /// Data shared by all trials.
 struct Trials<'a> {
+    given: &'a Robot,
     open: &'a [usize],
-    purpose: Purpose,
+    purpose: Purpose<'a>,
     request: Request,
     monitor: &'a mut dyn FnMut(f64) -> Result<(), Interrupted>,
 }
@@ -207,8 +284,8 @@ struct Trial {
     q: Vec<f64>,
     /// Measured places at all times.
     places: Vec<[f64; 3]>,
-    /// Space error of this number of modes, relative to the length, if known without another trial.
-    space_error: Option<f64>,
+    /// Space error of this number of modes, if known without another trial.
+    space_error: Option<SpaceError>,
 }
 
 /// Why there is no trial.
@@ -227,7 +304,14 @@ impl Trials<'_> {
         let model = RobotModel::new(&robot)?;
         match self.purpose {
             Purpose::Motion(t_span) => self.motion(robot, model, t_span),
-            Purpose::Equilibrium(t) => self.equilibrium(robot, model, t),
+            Purpose::Equilibrium(t) => {
+                let options = statics::Options::of(model.facts());
+                self.equilibrium(robot, model, (t, None), options)
+            }
+            Purpose::Search(search) => {
+                let options = search.options_for(self.given, &robot);
+                self.equilibrium(robot, model, (search.t, search.u.as_deref()), options)
+            }
         }
     }
 
@@ -260,12 +344,16 @@ impl Trials<'_> {
         &mut self,
         robot: Robot,
         mut model: RobotModel,
-        t: f64,
+        (t, u): (f64, Option<&[f64]>),
+        options: statics::Options,
     ) -> Result<Result<Trial, Failed>, InvalidInput> {
+        if let Some(u) = u {
+            model.set_inputs(u);
+        }
         if model.set_time(t).is_err() {
             return Ok(Err(Failed::Interrupted));
         }
-        let options = statics::Options { stability: false, ..statics::Options::of(model.facts()) };
+        let options = statics::Options { stability: false, ..options };
         let mut monitor = || (self.monitor)(t);
         let Ok(found) = statics::equilibrium(&mut model, &options, &mut monitor)? else {
             return Ok(Err(Failed::Interrupted));
@@ -273,13 +361,12 @@ impl Trials<'_> {
         if !found.status.is_success() {
             return Ok(Err(Failed::Because(found.message)));
         }
-        let Ok(error) = statics::space_error(&mut model, &found, (t, None), Effort::Full) else {
+        let Ok(error) = statics::space_error(&mut model, &found, (t, u), Effort::Full) else {
             return Ok(Err(Failed::Interrupted));
         };
         let mut places = Vec::new();
         model.places(&found.q, &mut places);
-        let space_error = error.map(|error| error.relative);
-        Ok(Ok(Trial { robot, model, t: vec![t], q: found.q, places, space_error }.with_sections()))
+        Ok(Ok(Trial { robot, model, t: vec![t], q: found.q, places, space_error: error }.with_sections()))
     }
 
     /// Smallest numbers of modes such that no further mode moves the tip by more than `tolerance` times the
@@ -303,6 +390,17 @@ impl Trials<'_> {
 }
 
 impl Trial {
+    /// What to say if the error is due to segments whose modes are given.
+    fn too_few_given(&self, open: &[usize], rtol: f64) -> Option<String> {
+        let SpaceError { relative, segment, name, strain, .. } = self.space_error.as_ref()?;
+        (*relative > rtol && !open.contains(segment)).then(|| {
+            format!(
+                "The space error is {relative:.0e} of the length, most of it by {strain}, due to the modes of {name}, which are given: give it \
+                 more, or leave them open."
+            )
+        })
+    }
+
     /// Places along rods that are measured in addition to tips: if constraints or springs act, and in equilibria.
     fn sections(&self) -> Vec<Place> {
         let facts = self.model.facts();
@@ -345,5 +443,30 @@ impl Trial {
             }
         }
         moved
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{carried, in_words, with_modes};
+    use crate::description::joint::Joint;
+    use crate::description::rod::Segment;
+    use crate::robot::{Link, Robot};
+
+    fn robot() -> Robot {
+        let segment = |modes| Segment { modes, ..Segment::straight(1.0, 1e-3, 1e9, 4e8, 1e3) };
+        let rod = vec![segment([0, 2, 0, 0, 0, 0]), segment([1, 1, 0, 0, 0, 0])];
+        Robot::new(vec![Link { joint: Joint::Free, rod, ..Link::new("rod") }])
+    }
+
+    #[test]
+    fn coordinates_of_joints_and_common_modes_are_carried() {
+        let (given, open) = (robot(), [0, 1]);
+        let other = with_modes(&given, &open, &[[0, 3, 1, 0, 0, 0], [0, 2, 0, 0, 0, 0]]);
+        let q: Vec<f64> = (1..=10).map(f64::from).collect();
+        let expected = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 0.0, 0.0, 10.0, 0.0];
+        assert_eq!(carried(&given, &other, &q), expected);
+        assert_eq!(carried(&given, &given, &q), q);
+        assert_eq!(in_words(&other, &open), "Modes chosen in 2 segments: bend_y 2 to 3, bend_z 0 to 1.");
     }
 }

@@ -299,7 +299,7 @@ def test_rotation_matrices_are_answered_with_their_quaternions():
 ANSWERS = {
     "gains=(kp, kd)": lambda: lissom.Motor("hinge", position=0.1, kp=3.0),
     "`limits` belong to what it drives": lambda: lissom.Input("pull", min=0.0),
-    "lissom.choose_modes(robot, rtol=1e-3)": lambda: lissom.statics(rod(), rtol=1e-4),
+    "the accuracy of the shape is `rtol`": lambda: lissom.statics(rod(), accuracy=1e-4),
     "frequency=omega / (2 * pi)": lambda: lissom.Harmonic(amplitude=1.0, omega=3.0),
     "did you mean 'rate'": lambda: sensors.Imu(rod(), "rod", frequency=100.0),
     "did you mean 'noise'": lambda: sensors.Imu(rod(), "rod", std=0.1),

@@ -76,7 +76,7 @@ INPUTS = {"a": (0.0, 20.0)}
 
 
 @pytest.mark.parametrize(
-    ("part", "error"), [(0.2, KeyboardInterrupt), (0.6, ValueError), (0.99, KeyboardInterrupt)]
+    ("part", "error"), [(0.2, KeyboardInterrupt), (0.6, ValueError), (0.9, KeyboardInterrupt)]
 )
 def test_a_path_keeps_its_points(part, error, tmp_path):
     counted = Interrupting()
@@ -91,6 +91,18 @@ def test_a_path_keeps_its_points(part, error, tmp_path):
     assert found.path.stability[:-1] == whole.path.stability[:points][:-1]
     assert found.path.u.shape == (points, 3)
     assert is_usable(found, model, tmp_path)
+
+
+def test_a_path_that_is_complete_is_kept_without_its_error():
+    """The last calls are those of the estimate of the error by the modes."""
+    counted = Interrupting()
+    whole = lissom.continuation(finger(counted), inputs=INPUTS, max_step=0.05)
+    found = interrupted(
+        lissom.continuation, finger(Interrupting(counted.calls - 1)), inputs=INPUTS, max_step=0.05
+    )
+    np.testing.assert_array_equal(found.path.q, whole.path.q)
+    assert whole.space_error is not None
+    assert found.space_error is None
 
 
 def test_a_path_keeps_its_critical_points(tmp_path):

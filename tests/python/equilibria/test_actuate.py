@@ -346,6 +346,7 @@ def test_robots_without_inputs_are_refused():
         lissom.actuate(lissom.SpringPendulum(), (0.1, 0, 0))
 
 
+@pytest.mark.filterwarnings("ignore:The finite number of modes:lissom.AccuracyWarning")
 @pytest.mark.parametrize("unit", [1.0, 1e3])
 @pytest.mark.parametrize("seed", [2, 4, 6, 9, 11])
 def test_the_smallest_inputs_are_found_where_an_equation_hardly_depends_on_them(seed, unit):

@@ -167,6 +167,7 @@ def test_equilibria_are_the_same_in_all_units(name, units):
     same(robot, found.q, expected.q, units)
 
 
+@pytest.mark.filterwarnings("ignore:The finite number of modes:lissom.AccuracyWarning")
 @units
 def test_paths_are_the_same_in_all_units(units):
     robot = tree()

@@ -56,16 +56,17 @@ NODES = (
 
 @cache
 def results() -> tuple:
-    """One result of each kind that `save` takes. The shape has a large error by its few modes: saved, too."""
+    """One result of each kind that `save` takes. Shape and path have large errors by few modes."""
     planar = v.planar()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", lissom.AccuracyWarning)
         shape = lissom.statics(v.actuated())
+        path = lissom.continuation(planar, max_steps=5)
     return (
         lissom.simulate(planar, 0.02),
         lissom.simulate(v.touching(), 0.01),
         shape,
-        lissom.continuation(planar, max_steps=5),
+        path,
         lissom.modes(planar, [0.0, 0.0]),
         lissom.simulate_many(planar, 0.02, q0=np.zeros((2, 2))),
         lissom.sensitivity(planar, 0.02, ["q0"]),

@@ -225,7 +225,11 @@ const SENTENCES_OF_PYTHON: &[(&[&str], &[&str], &str)] = &[
     ),
     (&["omega", "w"], &["amplitude", "frequency"], "frequency=omega / (2 * pi), in Hz"),
     (&["save", "output", "filename", "path"], &["model", "t_end"], "the result has `save(path)`"),
-    (&["rtol", "accuracy"], &["load_steps", "space_error"], NO_ACCURACY),
+    (
+        &["accuracy"],
+        &["load_steps", "space_error"],
+        "the accuracy of the shape is `rtol`, relative to the length",
+    ),
     (&["gravity", "g"], &["model", "u"], "it belongs to the model: lissom.Rod(..., gravity=(0, 0, 0))"),
     (
         &["output_dt", "save_every", "sample_time", "n_steps", "steps", "num_steps"],
@@ -236,9 +240,6 @@ const SENTENCES_OF_PYTHON: &[(&[&str], &[&str], &str)] = &[
 
 /// Words for a diameter.
 const DIAMETERS: &[&str] = &["d", "D", "diameter", "outer_diameter", "inner_diameter"];
-
-/// How an equilibrium is found to an accuracy.
-const NO_ACCURACY: &str = "for an accuracy of the shape, `lissom.choose_modes(robot, rtol=1e-3)` returns the robot with enough modes";
 
 /// What a start of a search and a bracket are.
 const NO_BRACKET: &str = "it searches from one start, such as x0=0.5 * (a + b); `scipy.optimize.brentq(fun, a, b)` takes a bracket";

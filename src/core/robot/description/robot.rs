@@ -196,6 +196,28 @@ impl Robot {
         self.links.iter_mut().flat_map(|link| &mut link.rod)
     }
 
+    /// Indices of the segments whose modes are open, counted link by link.
+    pub fn open_segments(&self) -> Vec<usize> {
+        let segments = self.segments().enumerate();
+        segments.filter(|(_, segment)| segment.modes_are_open).map(|(i, _)| i).collect()
+    }
+
+    /// A segment, counted link by link, in words for messages.
+    pub fn name_of_segment(&self, segment: usize) -> String {
+        let mut before = 0;
+        for link in &self.links {
+            if segment < before + link.rod.len() {
+                let own = segment - before;
+                return match self.links.len() {
+                    1 => format!("segments[{own}]"),
+                    _ => format!("segments[{own}] of link {:?}", link.name),
+                };
+            }
+            before += link.rod.len();
+        }
+        String::new()
+    }
+
     /// Index of the first coordinate of a segment, counted link by link.
     pub fn first_coordinate(&self, segment: usize) -> usize {
         let (mut first, mut before) = (0, 0);

@@ -72,12 +72,12 @@ pub(crate) fn of_modes<G: Turning>(plan: &Plan<G>, q: &[f64]) -> Vec<Strains> {
 }
 
 /// Missing strains at all nodes, and the axial strain that stretch without modes leaves out, with the generalised forces at rest up to
-/// date: the forces along the rod at its nodes are those of the last projection.
+/// date: the forces along the rod at its nodes are those of the last projection. A fraction of the loads acts.
 pub(crate) fn of_balance<G: Turning>(
     plan: &Plan<G>,
     work: &Workspace<G>,
     robot: &Robot,
-    q: &[f64],
+    (q, load_factor): (&[f64], f64),
 ) -> (Vec<Strains>, RigidStretch) {
     let strains = of_modes(plan, q);
     let mut fields = wrenches_as_fields(plan, work);
@@ -85,6 +85,11 @@ pub(crate) fn of_balance<G: Turning>(
     let mut acting = vec![[0.0; STRAINS]; strains.len()];
     along_strains::add(plan, work, robot, &strains, &mut acting);
     let rigid_stretch = rigid_stretch(plan, &mut fields, &acting);
+    let rigid_stretch = RigidStretch {
+        strain: load_factor * rigid_stretch.strain,
+        force: load_factor * rigid_stretch.force,
+        ..rigid_stretch
+    };
     let mut missing = vec![[0.0; STRAINS]; strains.len()];
     for piece in plan.pieces.iter().filter(|piece| deforms(piece)) {
         let present: Vec<usize> = along_strains::components(piece).iter().map(|own| own.strain).collect();
@@ -95,7 +100,7 @@ pub(crate) fn of_balance<G: Turning>(
             let stiffness = stiffness(i);
             for (a, &row) in present.iter().enumerate() {
                 let of_material: f64 = present.iter().map(|&k| stiffness[row][k] * strains[node][k]).sum();
-                force[a] = -(balance[node][row] + acting[node][row] + of_material);
+                force[a] = -(load_factor * (balance[node][row] + acting[node][row]) + of_material);
                 for (b, &column) in present.iter().enumerate() {
                     factors[b * present.len() + a] = stiffness[row][column];
                 }

@@ -93,14 +93,15 @@ impl Refinable for RobotModel {
         Self::new(&self.robot.with_inertia_times(factor)).ok()
     }
 
-    fn missing_strain(&mut self, q: &[f64]) -> Option<MissingStrain> {
+    fn missing_strain(&mut self, q: &[f64], load_factor: f64) -> Option<MissingStrain> {
         if !self.facts.is_discretised {
             return None;
         }
         let rest = vec![0.0; q.len()];
         Some(self.with_loops_held([q, &rest, &rest], |model| {
             let Self { sweeps, coordinates, robot, .. } = model;
-            coordinates.all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.missing_strain(robot, q)))
+            coordinates
+                .all([q], |[q]| on_sweeps!(sweeps, sweeps => sweeps.missing_strain(robot, q, load_factor)))
         }))
     }
 
@@ -120,17 +121,6 @@ impl Refinable for RobotModel {
     }
 
     fn name_of_segment(&self, segment: usize) -> String {
-        let mut before = 0;
-        for link in &self.robot.links {
-            if segment < before + link.rod.len() {
-                let own = segment - before;
-                return match self.robot.links.len() {
-                    1 => format!("segments[{own}]"),
-                    _ => format!("segments[{own}] of link {:?}", link.name),
-                };
-            }
-            before += link.rod.len();
-        }
-        String::new()
+        self.robot.name_of_segment(segment)
     }
 }

@@ -44,10 +44,11 @@ impl<G: Turning> Sweeps<G> {
     }
 
     /// Strains that the modes leave out of a shape at rest.
-    pub(crate) fn missing_strain(&mut self, robot: &Robot, q: &[f64]) -> MissingStrain {
+    pub(crate) fn missing_strain(&mut self, robot: &Robot, q: &[f64], load_factor: f64) -> MissingStrain {
         let mut tau = vec![0.0; self.plan.n];
         self.forces_at_rest(q, &mut tau);
-        let (missing, rigid_stretch) = missing_strain::of_balance(&self.plan, &self.work, robot, q);
+        let (missing, rigid_stretch) =
+            missing_strain::of_balance(&self.plan, &self.work, robot, (q, load_factor));
         let turn = missing_strain::largest_turn(&self.plan, q);
         let effect = missing_strain::effect(&self.plan, &self.work, &missing);
         let rigid_shear = missing_strain::rigid_shear(robot, effect.segment);

@@ -50,7 +50,7 @@ impl From<[usize; STRAINS]> for Modes {
 /// The modes of a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ModeChoice {
-    /// Scenes leave them to the accuracy of their simulation.
+    /// They are left to a requested accuracy.
     Open,
     /// These.
     Given(Modes),
@@ -142,8 +142,8 @@ pub struct Segment {
     #[part(unit = "kg/m^3", positive)]
     pub density: Option<f64>,
     /// Number of modes of each strain. Its keys are "torsion", "bend_y", "bend_z", "stretch", "shear_y", "shear_z"; strains
-    /// that are not named have no modes and keep their reference values. In scenes "auto" for what the rtol of the
-    /// simulation takes, chosen by trial motions when the scene is read.
+    /// that are not named have no modes and keep their reference values. "auto" leaves them to an accuracy: scenes choose them for the
+    /// rtol of their simulation when they are read, in Python `statics`, `modes`, `simulate` with method "auto", and `choose_modes`.
     #[part(always)]
     pub modes: Option<ModeChoice>,
     /// Retardation time of Kelvin-Voigt damping. The damping matrix is this time multiplied by the stiffness matrix.
@@ -297,6 +297,7 @@ impl Segment {
             given_poisson_ratio: self.poisson_ratio.filter(|_| !is_given),
             density,
             modes: self.modes.as_ref().map_or([0; STRAINS], ModeChoice::counts),
+            modes_are_open: self.modes == Some(ModeChoice::Open),
             basis: self.basis,
             retardation_time: self.retardation_time,
             reference_strain: self.reference_strain.clone(),
@@ -337,7 +338,10 @@ impl Resolved {
             young_modulus: of_material(self.young_modulus),
             shear_modulus: of_material(self.shear_modulus).filter(|_| self.given_poisson_ratio.is_none()),
             density: of_material(self.density),
-            modes: Some(ModeChoice::Given(self.modes.into())),
+            modes: Some(match self.modes_are_open {
+                true => ModeChoice::Open,
+                false => ModeChoice::Given(self.modes.into()),
+            }),
             retardation_time: self.retardation_time,
             reference_strain: self.reference_strain.clone(),
             shear_correction: self.shear_correction,

@@ -51,6 +51,8 @@ pub struct Segment {
     /// For piecewise constant strains the number of pieces; for Hermite cubics twice the number of knots. In
     /// these two bases all strains with modes have the same number.
     pub modes: [usize; STRAINS],
+    /// Whether the numbers of modes are left to a requested accuracy: `modes` stands in until a choice of modes replaces it.
+    pub modes_are_open: bool,
     /// Basis of the modes.
     pub basis: Basis,
     /// Kelvin-Voigt retardation time mu in seconds: damping is mu times stiffness.
@@ -84,6 +86,7 @@ impl Segment {
             given_poisson_ratio: None,
             density,
             modes: [0; STRAINS],
+            modes_are_open: false,
             basis: Basis::Legendre,
             retardation_time: 0.0,
             reference_strain: STRAIGHT.into(),
