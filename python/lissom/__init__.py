@@ -117,8 +117,10 @@ if TYPE_CHECKING:
     from .model.contacts import Capsule as Capsule
     from .model.contacts import Contact as Contact
     from .model.contacts import ConvexMesh as ConvexMesh
+    from .model.contacts import DistanceGrid as DistanceGrid
     from .model.contacts import HalfSpace as HalfSpace
     from .model.contacts import HeightField as HeightField
+    from .model.contacts import Mesh as Mesh
     from .model.contacts import Sphere as Sphere
     from .model.contacts import Touch as Touch
     from .model.contacts import Tube as Tube
@@ -151,7 +153,9 @@ else:
         "analysis.peaks": "Peak",
         "analysis.sensitivities": "SensitivityResult sensitivity",
         "analysis.sweeps": "sweep",
-        "model.contacts": "Ball Box Capsule Contact ConvexMesh HalfSpace HeightField Sphere Touch Tube",
+        "model.contacts": (
+            "Ball Box Capsule Contact ConvexMesh DistanceGrid HalfSpace HeightField Mesh Sphere Touch Tube"
+        ),
         "model.targets": "Target",
         "model.visual_files": "read_visuals",
         "model.visuals": "Visual",

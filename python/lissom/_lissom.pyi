@@ -890,12 +890,79 @@ class Tube(Part):
     @property
     def at(self) -> float | None: ...
 
+class DistanceGrid(Part):
+    __match_args__ = ("values", "spacing", "corner", "orientation")
+    def __init__(
+        self,
+        values: ArrayLike,
+        spacing: ArrayLike,
+        corner: ArrayLike = (0.0, 0.0, 0.0),
+        orientation: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def values(self) -> tuple[tuple[tuple[float, ...], ...], ...]: ...
+    @property
+    def spacing(self) -> tuple[float, float, float]: ...
+    @property
+    def corner(self) -> tuple[float, float, float]: ...
+    @property
+    def orientation(self) -> tuple[float, float, float, float]: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
+class Mesh(Part):
+    __match_args__ = ("points", "faces", "cell")
+    def __init__(
+        self,
+        points: ArrayLike,
+        faces: ArrayLike,
+        cell: float | None = None,
+        *,
+        link: str | None = None,
+        at: float | None = None,
+    ) -> None: ...
+    @property
+    def points(self) -> tuple[tuple[float, float, float], ...]: ...
+    @property
+    def faces(self) -> tuple[tuple[int, int, int], ...]: ...
+    @property
+    def cell(self) -> float | None: ...
+    @property
+    def link(self) -> str | None: ...
+    @property
+    def at(self) -> float | None: ...
+
 class Contact(Part):
     __match_args__ = ("a", "b")
     def __init__(
         self,
-        a: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube,
-        b: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube,
+        a: str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh,
+        b: str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh,
         *,
         stiffness: float | Literal["material"] | None = None,
         dissipation: float = 1.0,
@@ -907,9 +974,37 @@ class Contact(Part):
         name: str = "",
     ) -> None: ...
     @property
-    def a(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube: ...
+    def a(
+        self,
+    ) -> (
+        str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh
+    ): ...
     @property
-    def b(self) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube: ...
+    def b(
+        self,
+    ) -> (
+        str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh
+    ): ...
     @property
     def stiffness(self) -> float | Literal["material"] | None: ...
     @property

@@ -86,6 +86,10 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
         Kind::Array(items, count) => {
             json!({ "type": "array", "items": of_kind(items, limits, found), "minItems": count, "maxItems": count })
         }
+        // A file has a layer of rows.
+        Kind::List(layer @ Kind::List(Kind::List(_))) => {
+            json!({ "type": "array", "items": of_kind(layer, limits, found) })
+        }
         Kind::List(items) => {
             let array = |items| json!({ "type": "array", "items": items });
             let array = array(match items {

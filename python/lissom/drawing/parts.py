@@ -14,8 +14,18 @@ from functools import partial, singledispatch
 import numpy as np
 from numpy.typing import NDArray
 
-from ..model.contacts import Box, Capsule, ConvexMesh, HalfSpace, HeightField, Sphere, Tube
-from ..model.glyphs.contacts import Obstacle, ground, outline, turn_of
+from ..model.contacts import (
+    Box,
+    Capsule,
+    ConvexMesh,
+    DistanceGrid,
+    HalfSpace,
+    HeightField,
+    Mesh,
+    Sphere,
+    Tube,
+)
+from ..model.glyphs.contacts import Obstacle, ground, outline, skin, turn_of
 from ..model.views import Link, View
 from . import meshes
 from .meshes import Triangles
@@ -39,7 +49,7 @@ CHORD, FINEST = 0.1, 8
 FINE_STRANDS = 6
 
 #: Names of parts whose surface is open: seen from both sides.
-OPEN = HeightField | Tube
+OPEN = HeightField | Tube | DistanceGrid | Mesh
 
 
 @dataclass(frozen=True)
@@ -329,6 +339,18 @@ def _(shape: Tube, low: Array, high: Array) -> tuple[Array, Triangles]:
 @surface.register
 def _(shape: HeightField, low: Array, high: Array) -> tuple[Array, Triangles]:
     return meshes.grid(ground(shape))
+
+
+@surface.register
+def _(shape: DistanceGrid, low: Array, high: Array) -> tuple[Array, Triangles]:
+    points, faces, _ = visuals.creased(*skin(shape))
+    return points, faces.astype(np.uint32)
+
+
+@surface.register
+def _(shape: Mesh, low: Array, high: Array) -> tuple[Array, Triangles]:
+    points, faces, _ = visuals.creased(*skin(shape))
+    return points, faces.astype(np.uint32)
 
 
 def named(seen: Sequence[Part]) -> list[str]:

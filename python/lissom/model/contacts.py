@@ -8,7 +8,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from .._lissom import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Tube
+from .._lissom import (
+    Ball,
+    Box,
+    Capsule,
+    Contact,
+    ConvexMesh,
+    DistanceGrid,
+    HalfSpace,
+    HeightField,
+    Mesh,
+    Sphere,
+    Tube,
+)
 from ..common.arguments import with_number
 
 if TYPE_CHECKING:
@@ -21,8 +33,10 @@ __all__ = [
     "Capsule",
     "Contact",
     "ConvexMesh",
+    "DistanceGrid",
     "HalfSpace",
     "HeightField",
+    "Mesh",
     "Sphere",
     "Touch",
     "Tube",

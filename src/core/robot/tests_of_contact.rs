@@ -5,12 +5,13 @@ use super::model::RobotModel;
 use crate::description::body::Body;
 use crate::description::joint::{Joint, JointForces};
 use crate::description::rod::{Section, Segment};
-use crate::description::schema::{PerAxis, Rows};
+use crate::description::schema::{Layers, PerAxis, Rows};
 use crate::model::{Dynamics as _, InContact as _, InImpact as _};
 use crate::numerics::lie::Vector;
 use crate::numerics::linalg::Matrix;
 use crate::robot::effects::contact::{
-    Capsule, Contact, ConvexMesh, Cuboid, HalfSpace, HeightField, Obstacle, Sphere, Stiffness, Surface,
+    Capsule, Contact, ConvexMesh, Cuboid, DistanceGrid, HalfSpace, HeightField, Obstacle, Sphere, Stiffness,
+    Surface,
 };
 
 /// Two thick rods and a floating body, one behind the other.
@@ -53,6 +54,23 @@ fn with(surfaces: [Surface; 2], friction: [f64; 3]) -> RobotModel {
 
 fn bare_model() -> RobotModel {
     RobotModel::new(&Robot::new(links())).unwrap()
+}
+
+/// A sphere with bumps by distances on a grid.
+fn grid([x, y, z]: [f64; 3]) -> Obstacle {
+    const NUMBER: usize = 25;
+    const SPACING: f64 = 0.01;
+    let value = |n: usize| {
+        let [a, b, c] =
+            [n / (NUMBER * NUMBER), n / NUMBER % NUMBER, n % NUMBER].map(|i| (i as f64 - 12.0) * SPACING);
+        (a * a + b * b + c * c).sqrt() - 0.06 + 0.004 * (40.0 * a).sin() * (35.0 * b + 20.0 * c).cos()
+    };
+    Obstacle::DistanceGrid(DistanceGrid {
+        values: Layers { numbers: (0..NUMBER.pow(3)).map(value).collect(), shape: [NUMBER; 3] },
+        spacing: PerAxis([SPACING; 3]),
+        corner: [x - 0.12, y - 0.12, z - 0.12],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+    })
 }
 
 /// A ball on the body, and the surfaces that it and the arm touch in the tested state.
@@ -109,6 +127,8 @@ fn pairs() -> Vec<(&'static str, [Surface; 2], f64)> {
             ],
             1e-7,
         ),
+        ("arm on grid", [arm(), Surface::Obstacle(grid(beside(middle, [0.05, 0.02, -0.04])))], 1e-4),
+        ("ball on grid", [ball(0.1), Surface::Obstacle(grid(beside(block, [0.1, 0.0, 0.05])))], 1e-6),
         ("ball on arm", [ball(0.9 * reach(block, middle)), arm()], 1e-4),
         (
             "ball on another",

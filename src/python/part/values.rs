@@ -141,6 +141,7 @@ pub(super) fn value_of(
         Kind::List(inner @ (Kind::Part(_) | Kind::OneOf(..))) => {
             parts_of_list(object, name, inner, functions)
         }
+        Kind::List(Kind::List(Kind::List(_))) => layers_of(object, name),
         Kind::List(rows) => rows_of(object, name, rows),
         Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
             (values, true) => Ok(Value::Number(values[0])),
@@ -394,6 +395,20 @@ fn rows_of(object: &Bound<'_, PyAny>, name: &str, row: &Kind) -> PyResult<Value>
         }
     }
     Ok(Value::Rows { numbers: found.values, columns })
+}
+
+/// Numbers in layers of rows.
+fn layers_of(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Value> {
+    const EXPECTED: &str = "numbers along three axes";
+    let found = convert::numbers(object, name, EXPECTED)?;
+    let [_, rows, columns] = found.shape[..] else {
+        let dimensions = found.shape.len();
+        return Err(PyValueError::new_err(format!(
+            "{name}: dimensions {dimensions}, expected three: {EXPECTED}"
+        )));
+    };
+    let layer = |numbers: &[f64]| Value::Rows { numbers: numbers.to_vec(), columns };
+    Ok(Value::List(found.values.chunks((rows * columns).max(1)).map(layer).collect()))
 }
 
 /// A part, or the name of a part.

@@ -542,7 +542,7 @@ def test_pairs_that_do_not_touch_are_refused_with_what_does():
         (HalfSpace(link="a"), HalfSpace(), "a half-space for a half-space"),
     ]:
         with pytest.raises(
-            ValueError, match=rf"b: got {named}.*a body: half-spaces, height fields and tubes touch"
+            ValueError, match=rf"b: got {named}.*a body: half-spaces, height fields, tubes, grids and meshes"
         ):
             Contact(a, b, stiffness=1e3)
     with pytest.raises(ValueError, match="obstacles come second"):

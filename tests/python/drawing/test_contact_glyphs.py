@@ -12,10 +12,12 @@ from lissom import (
     Capsule,
     Contact,
     ConvexMesh,
+    DistanceGrid,
     Free,
     HalfSpace,
     HeightField,
     Link,
+    Mesh,
     Robot,
     Sphere,
     Tube,
@@ -23,6 +25,7 @@ from lissom import (
 from lissom.analysis.advice import about_impacts, impact_time
 from lissom.drawing.report import contacts, symbols
 from lissom.drawing.report.layers import Arrows, Dots, DrawnStates, Line, Solid, Strand
+from lissom.drawing.report.layers import Mesh as Mesh3d
 from lissom.model.glyphs.contacts import contact_glyphs
 
 SCENES = Path(__file__).parents[3] / "scenes"
@@ -92,6 +95,34 @@ def test_fields_and_meshes_are_drawn_by_lines_on_them():
         pairs = {tuple(map(tuple, ends[k : k + 2])) for k in range(0, len(ends), 3)}
         assert len(pairs) == 6
         assert {end for pair in pairs for end in pair} == set(map(tuple, np.array(points, float)))
+
+
+def test_grids_and_meshes_are_drawn_by_their_surfaces():
+    places = np.stack(np.meshgrid(*[np.linspace(-1, 1, 41)] * 3, indexing="ij"), axis=-1)
+    turn = (0.8, 0.6, 0, 0)
+    ball = DistanceGrid(np.linalg.norm(places, axis=-1) - 0.7, 0.05, (1, 2, -3), turn)
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], float) - [0, 0, 5]
+    # Seen from inside: they are turned.
+    inner = Mesh(points, [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
+    made = robot(ball, inner)
+    things = drawn(made, np.tile([0, 0, 5, 0, 0, 0, 0, 0, 0], (2, 1)))
+    (sphere, tetrahedron) = (thing for thing in things if thing.layer == "obstacles")
+    assert isinstance(sphere, Mesh3d)
+    assert sphere.opacity == contacts.OPACITY < 1.0
+    c, s = 0.8**2 - 0.6**2, 2 * 0.8 * 0.6
+    middle = np.add([1, 2, -3], [1, c - s, c + s])
+    np.testing.assert_allclose(np.linalg.norm(sphere.corners - middle, axis=1), 0.7, atol=2e-3)
+    volumes = []
+    for thing in (sphere, tetrahedron):
+        assert not thing.is_open
+        a, b, c = (thing.corners[corner] for corner in thing.faces.T)
+        volumes.append(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)
+    np.testing.assert_allclose(volumes, [4 / 3 * np.pi * 0.7**3, 1 / 6], rtol=5e-3)
+    # A surface that crosses the border has an edge.
+    half = DistanceGrid(places[..., 2] + 4.0 - 3.9, 0.05, (0, 0, -9))
+    (cut,) = (thing for thing in drawn(robot(half), np.zeros((1, 9))) if thing.layer == "obstacles")
+    assert cut.is_open
+    np.testing.assert_allclose(cut.corners[:, 2], -8.1, atol=1e-5)
 
 
 def test_tubes_are_drawn_around_their_smooth_centre_lines():

@@ -28,6 +28,7 @@ from lissom import (
     ConvexMesh,
     Cylindrical,
     Distance,
+    DistanceGrid,
     Fluid,
     Free,
     Gear,
@@ -39,6 +40,7 @@ from lissom import (
     Load,
     Loop,
     LoopEnd,
+    Mesh,
     Mimic,
     Motor,
     Planar,
@@ -104,6 +106,9 @@ EACH = [
     HeightField(np.arange(6.0).reshape(3, 2), (0.1, 0.2), (0, 0, -9)),
     ConvexMesh(CORNERS, FACES, 0.1),
     Tube([(0, 0, -1), (1, 0, -1), (2, 1, -1)], 0.2),
+    DistanceGrid(np.arange(24.0).reshape(2, 3, 4) - 9.5, (0.1, 0.2, 0.3), (0, 0, -9)),
+    Mesh(CORNERS, FACES),
+    Mesh(CORNERS, FACES, 0.05, link="arm", at=0.1),
     Tube([(0, 0, -9), (1, 0, -9)], 0.2, wall=0.1, link="arm", at=0.1),
     Ball("block", 0.2, at=None, position=(1, 2, 3)),
     Contact("arm", HalfSpace(), friction=(0.1, 0.2, 0.3), name="floor"),
@@ -249,6 +254,10 @@ on_links = st.sampled_from([{}, {"link": "block"}])
 rows = st.integers(2, 4).flatmap(
     lambda count: st.lists(st.lists(numbers, min_size=count, max_size=count), min_size=2, max_size=4)
 )
+#: Of both signs.
+layers = st.lists(numbers, min_size=12, max_size=12).map(
+    lambda found: np.reshape([-0.5, 0.5, *found[2:]], (2, 3, 2)).tolist()
+)
 shapes = on_links.flatmap(
     lambda more: st.one_of(
         st.builds(
@@ -279,6 +288,14 @@ shapes = on_links.flatmap(
             places,
             sizes,
         ),
+        st.builds(
+            lambda values, spacing, corner, turn: DistanceGrid(values, spacing, corner, turn, **more),
+            layers,
+            steps | st.tuples(steps, steps, steps),
+            places,
+            turns,
+        ),
+        st.builds(lambda place: Mesh(np.add(CORNERS, place), FACES, **more), places),
         st.builds(
             lambda place, radius, wall: Tube(
                 np.add([(0, 0, 0), (4, 0, 0), (8, 1, 0)], place), 1.0 + radius, wall=wall, **more

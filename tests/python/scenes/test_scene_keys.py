@@ -641,6 +641,25 @@ kind = "convex_mesh"
 points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.1]]
 faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
 radius = 0.1
+[[contact]]
+name = "knot"
+a = { link = "block", radius = 0.2 }
+stiffness = 1e4
+[contact.b]
+kind = "mesh"
+points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.5]]
+faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+cell = 0.1
+[[contact]]
+name = "cell"
+a = { link = "block", radius = 0.2 }
+stiffness = 1e4
+[contact.b]
+kind = "distance_grid"
+values = [[[0.1, 0.2], [0.1, -0.1], [0.1, 0.1]], [[0.1, 0.1], [0.1, 0.1], [0.1, 0.3]]]
+spacing = [0.2, 0.3, 0.4]
+corner = [0.1, 0, 0.1]
+orientation = [0.8, 0, 0.6, 0]
 [simulation]
 t_end = 0.1
 """,
@@ -693,6 +712,25 @@ stiffness = 1e4
 kind = "convex_mesh"
 points = [[0, 0, -9], [1, 0, -9], [0, 1, -9], [0, 0, -8]]
 faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+link = "arm"
+at = 0.2
+[[contact]]
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[contact.a]
+kind = "mesh"
+points = [[0, 0, -9], [1, 0, -9], [0, 1, -9], [0, 0, -8]]
+faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]]
+link = "arm"
+at = 0.2
+[[contact]]
+b = { link = "block", radius = 0.1 }
+stiffness = 1e4
+[contact.a]
+kind = "distance_grid"
+values = [[[0.1, 0.2], [0.1, -0.1]], [[0.1, 0.1], [0.1, 0.3]]]
+spacing = 0.2
+corner = [0, 0, -9]
 link = "arm"
 at = 0.2
 [[contact]]

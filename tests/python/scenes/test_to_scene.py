@@ -218,6 +218,17 @@ def test_imported_files_are_saved_beside(tmp_path):
     assert_same(whole.model, scene.model)
 
 
+def test_layers_of_grids_are_saved_beside(tmp_path):
+    places = np.stack(np.meshgrid(*[np.linspace(-1, 1, 33)] * 3, indexing="ij"), axis=-1)
+    grid = lissom.DistanceGrid(np.linalg.norm(places, axis=-1)[:4] - 1.0, 0.1, (0, 0, -9))
+    ball = Link("ball", joint=Free(), body=Body(0.2, inertia=1e-4 * np.eye(3)))
+    model = Robot([ball], contacts=[Contact(lissom.Ball("ball", 0.02), grid, stiffness=1e3)])
+    file = tmp_path / "grid.toml"
+    model.to_scene(name="grid", t_end=0.1).save(file)
+    assert len(list(tmp_path.iterdir())) == 5
+    assert lissom.Scene.load(file).model == model
+
+
 def on_a_hill(rows=40, columns=30):
     x, y = np.meshgrid(np.linspace(0, 3, rows), np.linspace(0, 2, columns), indexing="ij")
     hill = lissom.HeightField(0.1 * np.sin(x) * np.cos(y), spacing=0.05)

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import LissomError
-from ...model.contacts import Box, ConvexMesh, HalfSpace, HeightField, Sphere, Touch, Tube
-from ...model.glyphs.contacts import WORDS, ContactGlyph, Obstacle, Touching, outline, turn_of
+from ...model.contacts import Box, ConvexMesh, DistanceGrid, HalfSpace, HeightField, Mesh, Sphere, Touch, Tube
+from ...model.glyphs.contacts import WORDS, ContactGlyph, Obstacle, Touching, outline, skin, turn_of
 from ...results.runs import Made, Run
-from . import arrows, curves, plots, theme
+from . import arrows, curves, layers, plots, theme, visuals
 from .layers import Dots, DrawnStates, Line, Solid, Strand, Thing, quaternions
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ def _is_there(thing: Thing, places: Array, radius: float) -> bool:
 
 def _obstacle(
     name: str, obstacle: Obstacle, low: Array, high: Array
-) -> Sequence[Solid | Dots | Strand | Line]:
+) -> Sequence[Solid | Dots | Strand | Line | layers.Mesh]:
     if isinstance(obstacle, HalfSpace):
         return [plate(name, obstacle, low, high)]
     if isinstance(obstacle, Box):
@@ -116,6 +116,8 @@ def _obstacle(
         return [Dots([name], "obstacles", np.asarray([[obstacle.centre]], float), obstacle.radius)]
     if isinstance(obstacle, Tube):
         return [Strand(name, "obstacles", outline(obstacle)[None], np.array([obstacle.radius]))]
+    if isinstance(obstacle, DistanceGrid | Mesh):
+        return [_skin(name, "obstacles", obstacle, np.eye(4)[None])]
     if isinstance(obstacle, HeightField | ConvexMesh):
         points = outline(obstacle)[None]
         if isinstance(obstacle, ConvexMesh) and obstacle.radius > 0.0:
@@ -152,6 +154,8 @@ def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing
         return [Dots([name], layer, placed(np.array([shape.centre])), shape.radius)]
     elif isinstance(shape, Tube):
         return [Strand(name, layer, placed(outline(shape)), np.array([shape.radius]), opacity=OPACITY)]
+    elif isinstance(shape, DistanceGrid | Mesh):
+        return [_skin(name, layer, shape, poses)]
     elif isinstance(shape, HeightField | ConvexMesh):
         radius = max(getattr(shape, "radius", 0.0), EDGE * size)
         return [Strand(name, layer, placed(outline(shape)), np.array([radius]))]
@@ -160,6 +164,14 @@ def _moving(name: str, shape: Obstacle, poses: Array, size: float) -> list[Thing
         bar = Strand(name, layer, ends, np.array([shape.radius]))
         return [bar, Dots([name, name], layer, ends, shape.radius)]
     return [Solid(name, layer, "box", half, placed(centre)[:, 0], quaternions(turns @ own))]
+
+
+def _skin(name: str, layer: str, shape: DistanceGrid | Mesh, poses: Array) -> layers.Mesh:
+    """The surface of a shape whose axes have the poses (shapes, 4, 4)."""
+    corners, faces, normals = visuals.creased(*skin(shape))
+    centres, turns = poses[:, :3, 3], quaternions(poses[:, :3, :3])
+    is_open = not visuals.is_closed(corners, faces)
+    return layers.Mesh(name, layer, corners, normals, faces, centres, turns, is_open=is_open)
 
 
 def plate(name: str, floor: HalfSpace, low: Array, high: Array) -> Solid:

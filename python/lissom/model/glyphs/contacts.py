@@ -13,7 +13,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..._lissom import Robot, centre_line
-from ..contacts import Ball, Box, Capsule, Contact, ConvexMesh, HalfSpace, HeightField, Sphere, Touch, Tube
+from ..contacts import (
+    Ball,
+    Box,
+    Capsule,
+    Contact,
+    ConvexMesh,
+    DistanceGrid,
+    HalfSpace,
+    HeightField,
+    Mesh,
+    Sphere,
+    Touch,
+    Tube,
+)
+from .isosurface import isosurface
 from .joints import Pose
 
 Array = NDArray[np.float64]
@@ -27,9 +41,11 @@ WORDS = {
     HeightField: "a height field",
     ConvexMesh: "a convex mesh",
     Tube: "a tube",
+    DistanceGrid: "a distance grid",
+    Mesh: "a mesh",
 }
 
-Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube
+Obstacle = HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube | DistanceGrid | Mesh
 
 #: Maximum number of lines along each axis in drawings of a height field.
 MOST_LINES = 60
@@ -112,6 +128,17 @@ def outline(obstacle: HeightField | ConvexMesh | Tube) -> Array:
         some = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST_LINES)).round().astype(int))
         lines += [part for row in rows[some] for part in (row, BREAK)]
     return np.concatenate(lines[:-1])
+
+
+def skin(obstacle: DistanceGrid | Mesh) -> tuple[Array, NDArray[np.int64]]:
+    """Corners (v, 3), metres, and triangles (m, 3) of a surface, anticlockwise seen from outside."""
+    if isinstance(obstacle, Mesh):
+        points, faces = np.asarray(obstacle.points, float), np.asarray(obstacle.faces, np.int64)
+        a, b, c = (points[corner] for corner in faces.T)
+        is_inwards = np.einsum("fi,fi->", a, np.cross(b, c)) < 0.0
+        return points, faces[:, ::-1] if is_inwards else faces
+    points, faces = isosurface(np.asarray(obstacle.values, float), obstacle.spacing)
+    return np.asarray(obstacle.corner, float) + points @ turn_of(obstacle.orientation).T, faces
 
 
 def _touches(robot: Robot, q: Array, v: Array, t: float) -> Sequence[Touch]:

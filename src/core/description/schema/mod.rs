@@ -24,7 +24,7 @@ mod types;
 pub use data::{
     AnyPart, Data, Fault, Field, Item, Kind, Limits, Make, Part, Problem, Reader, Schema, Sign, Value,
 };
-pub use types::{Friction, LinkName, PerAxis, Rows, Symmetric};
+pub use types::{Friction, Layers, LinkName, PerAxis, Rows, Symmetric};
 
 #[doc(hidden)]
 pub use lissom_derive::Described;

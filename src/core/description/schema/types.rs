@@ -356,6 +356,52 @@ impl Data for Rows {
     }
 }
 
+/// Numbers in layers of rows, all of one shape.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layers {
+    /// All numbers, the last index varying fastest.
+    pub numbers: Vec<f64>,
+    /// Number of layers, of rows in each, and of numbers in each row.
+    pub shape: [usize; 3],
+}
+
+impl Data for Layers {
+    const KIND: Kind = Kind::List(&Rows::KIND);
+
+    fn read(value: &Value, reader: &mut Reader) -> Option<Self> {
+        let layers: Vec<Rows> = items(value, None, &Self::KIND, reader)?;
+        let [rows, columns] = layers.first().map_or([0; 2], |layer| layer.shape);
+        if let Some(layer) = layers.iter().position(|layer| layer.shape != [rows, columns]) {
+            let [found, of] = layers[layer].shape;
+            let expected = format!("{rows} rows of {columns} numbers, as in the first layer");
+            reader.require(
+                false,
+                &format!("[{layer}]"),
+                format_args!("{found} rows of {of} numbers"),
+                &expected,
+            );
+            return None;
+        }
+        let shape = [layers.len(), rows, columns];
+        Some(Self { shape, numbers: layers.into_iter().flat_map(|layer| layer.numbers).collect() })
+    }
+
+    fn check(&self, limits: &Limits, reader: &mut Reader) {
+        for (i, number) in self.numbers.iter().enumerate().filter(|(_, number)| !limits.contain(**number)) {
+            let [_, rows, columns] = self.shape;
+            let place = [i / (rows * columns), i / columns % rows, i % columns];
+            let place = place.map(|i| format!("[{i}]")).concat();
+            reader.require(false, &place, Number(*number), &limits.expected());
+        }
+    }
+
+    fn write(&self) -> Value {
+        let [_, rows, columns] = self.shape;
+        let layer = |numbers: &[f64]| Value::Rows { numbers: numbers.to_vec(), columns };
+        Value::List(self.numbers.chunks((rows * columns).max(1)).map(layer).collect())
+    }
+}
+
 impl Data for Vec<f64> {
     const KIND: Kind = Kind::List(&Kind::Number);
 

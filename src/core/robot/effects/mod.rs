@@ -44,7 +44,7 @@ use crate::robot::state::tangent::{Tangent, TangentWorkspace, Weights};
 use crate::robot::turning::Turning;
 
 /// Tables of the descriptions of effects, contained ones before those that contain them.
-pub const PARTS: [&Schema; 23] = [
+pub const PARTS: [&Schema; 25] = [
     load::described::Load::SCHEMA,
     support::described::Support::SCHEMA,
     fluid::Fluid::SCHEMA,
@@ -66,6 +66,8 @@ pub const PARTS: [&Schema; 23] = [
     contact::described::HeightField::SCHEMA,
     contact::described::ConvexMesh::SCHEMA,
     contact::described::Tube::SCHEMA,
+    contact::described::DistanceGrid::SCHEMA,
+    contact::described::Mesh::SCHEMA,
     contact::described::Contact::SCHEMA,
     magnet::described::Magnet::SCHEMA,
 ];

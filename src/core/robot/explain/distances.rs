@@ -151,6 +151,11 @@ fn extent(obstacle: &Obstacle) -> f64 {
         Obstacle::Cuboid(cuboid) => 2.0 * size(Vector::from(cuboid.half_extents)),
         Obstacle::ConvexMesh(mesh) => across(&mesh.points) + 2.0 * mesh.radius,
         Obstacle::Tube(tube) => across(&tube.points) + 2.0 * tube.radius,
+        Obstacle::DistanceGrid(grid) => {
+            let sides = (0..3).map(|i| grid.spacing.0[i] * (grid.values.shape[i] as f64 - 1.0));
+            sides.map(|side| side * side).sum::<f64>().sqrt()
+        }
+        Obstacle::Mesh(mesh) => across(&mesh.points),
     }
 }
 

@@ -1,6 +1,8 @@
 //! Contacts as users describe them: surfaces are on links with these names.
 
-pub use super::obstacles::described::{Capsule, ConvexMesh, Cuboid, HalfSpace, HeightField, Sphere, Tube};
+pub use super::obstacles::described::{
+    Capsule, ConvexMesh, Cuboid, DistanceGrid, HalfSpace, HeightField, Mesh, Sphere, Tube,
+};
 use super::obstacles::{Role, shapes};
 use super::{Coefficients, Obstacle, Stiffness, Surface as Resolved};
 use crate::description::schema::{
@@ -97,8 +99,8 @@ pub struct Contact {
     pub a: Surface,
     /// The other surface, on another link or in the world. The name of the same link means self-contact of its rod; places
     /// closer than about three diameters along the rod are left out. If both surfaces are shapes, one of them must be a
-    /// sphere, capsule, box or convex mesh: these touch each other, half-spaces, height fields and tubes, with their corners,
-    /// edges or ends.
+    /// sphere, capsule, box or convex mesh: these touch each other, half-spaces, height fields, tubes, distance grids and meshes, with their
+    /// corners, edges or ends.
     pub b: Surface,
     /// Stiffness k. With a rod per metre of overlap and per metre of rod. "material" is that of the rods' material,
     /// ``pi/4 E / (1 - nu^2)`` (Popov 2010, eq. 5.33). The default is that, too, but no more than keeps the overlap at an edge
@@ -196,7 +198,8 @@ impl Contact {
                 [first, second].iter().any(|shape| shape.shape().role() == Role::Body),
                 "b",
                 format_args!("{} for {}", other.called, shape.called),
-                "a body: half-spaces, height fields and tubes touch rods, balls, spheres, capsules, boxes and meshes",
+                "a body: half-spaces, height fields, tubes, grids and meshes that are not convex touch rods, balls, spheres, capsules, boxes and \
+                 convex meshes",
             );
         }
         let is_rod = |surface: &Surface| matches!(surface, Surface::Rod(_));

@@ -2,6 +2,7 @@
 
 use crate::robot::description::Robot;
 use crate::robot::effects::contact::compile::{of_material, stiffnesses};
+use crate::robot::effects::contact::obstacles::Shape;
 use crate::robot::effects::contact::{Contact, Stiffness, Surface};
 use crate::robot::explain::text::{Explained, counted};
 
@@ -62,9 +63,16 @@ fn surface(robot: &Robot, surface: &Surface) -> String {
         Surface::Rod { link } => format!("the rod of {}", robot.links[*link].name),
         Surface::Ball { link, radius, .. } => format!("a ball of {radius} m on {}", robot.links[*link].name),
         Surface::Solid { link, shape, .. } => {
-            format!("{} on {}", shape.shape().label(), robot.links[*link].name)
+            format!("{} on {}", of_shape(shape.shape()), robot.links[*link].name)
         }
-        Surface::Obstacle(shape) => shape.shape().label(),
+        Surface::Obstacle(shape) => of_shape(shape.shape()),
+    }
+}
+
+fn of_shape(shape: &dyn Shape) -> String {
+    match shape.rounding() {
+        Some(rounding) => format!("{} (edges rounded by up to {rounding:.1e} m)", shape.label()),
+        None => shape.label(),
     }
 }
 

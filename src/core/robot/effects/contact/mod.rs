@@ -42,7 +42,8 @@ use crate::robot::effects::actuator::AlongRodTable;
 
 pub use self::friction::Coefficients;
 pub use self::obstacles::{
-    Capsule, ConvexMesh, Cuboid, HalfSpace, HeightField, Obstacle, Sphere, Tube, centre_line,
+    Capsule, ConvexMesh, Cuboid, DistanceGrid, HalfSpace, HeightField, Mesh, Obstacle, Sphere, Tube,
+    centre_line,
 };
 
 /// One of the two surfaces of a contact.

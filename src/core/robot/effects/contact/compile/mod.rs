@@ -217,8 +217,8 @@ fn softest<G: Turning>(contacts: &Contacts<G>, sides: &[Side; 2], thickness: f64
         [Side::Rod(_), Side::Ball(_)] if thickness < part => grown,
         [Side::Rod(_), Side::Solid(solid)] if thickness < part => match contacts.solids[*solid].solid {
             Solid::HalfSpace { .. } => [part, 0.0],
-            // The bore of a tube and hollows of a height field would become narrower.
-            Solid::Tube(_) | Solid::HeightField(_) => [thickness, 0.0],
+            // The bore of a tube and hollows of a height field or grid would become narrower.
+            Solid::Tube(_) | Solid::HeightField(_) | Solid::DistanceGrid(_) => [thickness, 0.0],
             Solid::Ball { .. } | Solid::Capsule { .. } | Solid::Cuboid { .. } | Solid::ConvexMesh(_) => grown,
         },
         _ => [thickness, 0.0],

@@ -104,12 +104,7 @@ fn check_shape(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
         }
         if lowest < -FLAT * size && highest > FLAT * size {
             let found = format!("points on both sides of it, by {:.3e} and {highest:.3e} m", -lowest);
-            check.require(
-                false,
-                &place,
-                found,
-                "all points on one side: a convex body; divide others into such",
-            );
+            check.require(false, &place, found, "all points on one side: a convex body; others are a `Mesh`");
             return;
         }
     }

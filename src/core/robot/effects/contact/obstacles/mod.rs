@@ -3,13 +3,17 @@
 //! A new shape is a file here, its line in the list below, and its `Solid`, which has its distances.
 
 mod capsule;
+mod closed;
 mod convex_mesh;
 mod convexity;
 mod corners;
 mod cuboid;
+mod distance_grid;
 mod frame;
 mod half_space;
 mod height_field;
+mod mesh;
+mod recent;
 mod sphere;
 mod tube;
 
@@ -22,6 +26,11 @@ use crate::robot::effects::contact::shapes::obstacle::Solid;
 pub(crate) trait Shape {
     /// Its name in explanations.
     fn label(&self) -> String;
+
+    /// By how much its edges are rounded at most, metres, if that depends on how it is computed.
+    fn rounding(&self) -> Option<f64> {
+        None
+    }
 
     /// Whether it is symmetric about the plane at this height across an axis, and exerts forces only within that plane.
     fn lies_across(&self, axis: usize, height: f64) -> bool;
@@ -123,6 +132,8 @@ macro_rules! shapes {
             HeightField in height_field,
             ConvexMesh in convex_mesh,
             Tube in tube,
+            DistanceGrid in distance_grid,
+            Mesh in mesh,
         }
     };
 }

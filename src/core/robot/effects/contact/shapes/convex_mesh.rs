@@ -37,7 +37,7 @@ struct Face {
 /// The feature of a triangle nearest to a point: the triangle itself, the edge from a corner to the next one,
 /// or a corner.
 #[derive(Clone, Copy)]
-enum Feature {
+pub(super) enum Feature {
     Inside,
     Edge(usize),
     Corner(usize),
@@ -189,7 +189,7 @@ impl ConvexMesh {
 }
 
 /// Point of a triangle nearest to a point (Ericson 2005, section 5.1.5).
-fn nearest_on(&[a, b, c]: &[Vector<f64>; 3], point: Vector<f64>) -> (Vector<f64>, Feature) {
+pub(super) fn nearest_on(&[a, b, c]: &[Vector<f64>; 3], point: Vector<f64>) -> (Vector<f64>, Feature) {
     let (ab, ac, ap) = (b - a, c - a, point - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {

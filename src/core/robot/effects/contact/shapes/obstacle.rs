@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::convex_mesh::ConvexMesh;
 use super::distance::{Distance, SHORTEST};
+use super::distance_grid::DistanceGrid;
 use super::height_field::HeightField;
 use super::tube::Tube;
 use crate::numerics::lie::{Geometry as _, Rotation, Spatial, Symmetric, Vector};
@@ -40,6 +41,8 @@ pub(crate) enum Solid {
     ConvexMesh(Arc<ConvexMesh>),
     /// The wall of a tube, shared between copies of a plan.
     Tube(Arc<Tube>),
+    /// A shape by distances on a grid, shared between copies of a plan.
+    DistanceGrid(Arc<DistanceGrid>),
 }
 
 impl Solid {
@@ -73,6 +76,7 @@ impl Solid {
             Self::HeightField(field) => field.distance(point),
             Self::ConvexMesh(mesh) => mesh.distance(point),
             Self::Tube(tube) => tube.distance(point),
+            Self::DistanceGrid(grid) => grid.distance(point),
         }
     }
 }
@@ -85,6 +89,7 @@ impl Solid {
             Self::HeightField(field) => field.is_certainly_beyond(point, reach),
             Self::ConvexMesh(mesh) => mesh.is_certainly_beyond(point, reach),
             Self::Tube(tube) => tube.is_certainly_beyond(point, reach),
+            Self::DistanceGrid(grid) => grid.is_certainly_beyond(point, reach),
             _ => false,
         }
     }
@@ -121,6 +126,7 @@ impl Solid {
             Self::Cuboid { centre, half_extents, radius, .. } => size(*centre) + size(*half_extents) + radius,
             Self::ConvexMesh(mesh) => mesh.reach(),
             Self::Tube(tube) => tube.reach(),
+            Self::DistanceGrid(grid) => grid.reach(),
         }
     }
 
@@ -134,6 +140,7 @@ impl Solid {
             }
             Self::ConvexMesh(mesh) => mesh.depth(),
             Self::Tube(tube) => tube.deepest(),
+            Self::DistanceGrid(grid) => grid.depth(),
         }
     }
 
@@ -142,6 +149,7 @@ impl Solid {
         match self {
             Self::HeightField(field) => field.most_bent(),
             Self::Tube(tube) => tube.most_bent(),
+            Self::DistanceGrid(grid) => grid.hollowness(),
             _ => 0.0,
         }
     }
@@ -164,7 +172,9 @@ impl Solid {
     /// The feature nearest to a point, identified by three numbers.
     pub(crate) fn feature(&self, point: Vector<f64>) -> [usize; 3] {
         match self {
-            Self::HalfSpace { .. } | Self::Ball { .. } | Self::HeightField(_) => [0; 3],
+            Self::HalfSpace { .. } | Self::Ball { .. } | Self::HeightField(_) | Self::DistanceGrid(_) => {
+                [0; 3]
+            }
             Self::Capsule { ends: [start, end], .. } => {
                 let way = *end - *start;
                 let x = way.dot(point - *start);
