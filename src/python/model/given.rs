@@ -26,6 +26,12 @@ pub(crate) fn check_model(found: &Bound<'_, PyAny>, place: &str) -> PyResult<()>
     model_of(found, place).map(drop)
 }
 
+/// The length of a model, to which accuracies of motions are relative, and the typical sizes of its coordinates, for tolerances.
+#[pyfunction]
+pub(crate) fn scales_of(model: &Bound<'_, PyModel>) -> (f64, Vec<f64>) {
+    model.get().inspect(|model| (model.facts().length, model.facts().typical_coordinates.clone()))
+}
+
 /// The error of what is no model.
 pub(crate) fn not_a_model(found: &Bound<'_, PyAny>, place: &str, expected: &str) -> PyErr {
     let instead = instead(found).map_or_else(String::new, |instead| format!("; {instead}"));
