@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._lissom import LissomError, Model, MotionResult, Robot, scales_of, simulate
+from .._lissom import LissomError, Model, MotionResult, measured_places, scales_of, simulate
 from ..methods import Auto
 from .doubts import without_doubts
 
@@ -57,6 +57,8 @@ class AccurateRuns:
     #: Arguments of `simulate` beside the method: the start, the inputs, `dt`.
     motion: Mapping[str, Any]
     auto: Auto
+    #: Times at which runs are compared; by default every `dt`.
+    times: Array | None = None
     #: The method and its tolerances as options of `simulate`; empty until they are chosen.
     options: Mapping[str, Any] = field(default_factory=dict)
 
@@ -91,21 +93,18 @@ class AccurateRuns:
         wanted = self.auto.rtol
         try:
             right = other._right(space_error=self.auto.space_error)
-        except LissomError as error:
-            return "", f"The accuracy with the fitted values is unknown: {error}"
+        except LissomError as failure:
+            return "", f"The accuracy with the fitted values is unknown: {failure}"
         error, of_space = other._apart(right), right.stats.space_error or 0.0
         sentence = f" The time error with the fitted values is {error:.0e} of the length"
         sentence += f", the space error {of_space:.0e}" if of_space else ""
         sentence += f"; {wanted:.0e} was asked for."
+        if of_space > wanted:
+            sentence += " The modes of the model are too few: give it more, or more segments."
         if not error <= wanted:
             return sentence, (
                 f"The steps were chosen for the first values; with the fitted ones the time error is "
                 f"{error:.0e} of the length, and {wanted:.0e} was asked for: fit again from these values."
-            )
-        if of_space > wanted:
-            return sentence, (
-                f"The modes of the model leave a space error of {of_space:.0e} of the length with the fitted "
-                f"values, and {wanted:.0e} was asked for: give it more, or more segments."
             )
         return sentence, ""
 
@@ -117,29 +116,46 @@ class AccurateRuns:
             max_steps=self.auto.max_steps,
             space_error=space_error,
         )
-        found, _ = without_doubts(lambda: simulate(self.model, self.t_end, method=finer, **self.motion))
-        if not found.success:
+        found, _ = without_doubts(
+            lambda: simulate(self.model, self.t_end, method=finer, t_eval=self.times, **self.motion)
+        )
+        if not found.success and found.stats.time_error is None:
             raise LissomError(f"the run did not come to its end: {found.message}")
+        # With an error that is known, it may be larger than in a success.
         return found
 
     def _apart(self, right: MotionResult) -> float:
-        """Error of the run, relative to the length; infinite if it fails."""
-        options: Any = self.options
+        """Error of the run between its steps, too, relative to the length; infinite if it fails."""
+        options: Any = {**self.options, "t_eval": "steps"}
         run, _ = without_doubts(lambda: simulate(self.model, self.t_end, **self.motion, **options))
         if not run.success:
             return np.inf
         length, _ = scales_of(self.model)
-        apart = np.abs(_places(run) - _places(right)).max() / length
+        places = [np.array(measured_places(self.model, right.t, q)) for q in (between(run, right.t), right.q)]
+        apart = np.abs(places[0] - places[1]).max() / length
         return float(apart) + (right.stats.time_error or 0.0)
 
 
-def _places(run: MotionResult) -> Array:
-    """Ends of all links over time; of the pendulum its coordinates."""
-    model = run.model
-    if not isinstance(model, Robot):
-        return run.q
-    ends = [model.pose(run.q, link=link.name, t=run.t)[..., :3, 3] for link in model.links]
-    return np.stack(ends, axis=1)
+def found_options(
+    method: str, options: dict[str, Any], model: Model, t_end: float, motion: Mapping[str, Any]
+) -> tuple[str, dict[str, Any]]:
+    """A method with its options: for 'auto' those with which the run is as accurate as was asked."""
+    if method != "auto":
+        return method, options
+    auto, others = asked(options)
+    found = others | dict(AccurateRuns(model, t_end, motion, auto).chosen().options)
+    return found.pop("method"), found
+
+
+def between(run: MotionResult, times: Array) -> Array:
+    """Coordinates at these times, shape (k, n): cubic between steps, as in derivatives of runs."""
+    k = np.clip(np.searchsorted(run.t, times, "right") - 1, 0, len(run.t) - 2)
+    h = (run.t[k + 1] - run.t[k])[:, None]
+    s = (times - run.t[k])[:, None] / h
+    begin = (1 + 2 * s) * (1 - s) ** 2 * run.q[k] + h * s * (1 - s) ** 2 * run.v[k]
+    end: Array = s**2 * (3 - 2 * s) * run.q[k + 1] + h * s**2 * (s - 1) * run.v[k + 1]
+    found: Array = begin + end
+    return found
 
 
 def of_rows(rows: Array | None, control_step: float | None, t0: float) -> dict[str, Any]:

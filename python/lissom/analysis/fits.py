@@ -143,9 +143,9 @@ def fit(
     if size < len(names):
         raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
     values = dict(zip(names, bounds[1].tolist(), strict=True))
-    for each in measured:
-        if isinstance(each, OfMotion):
-            each.choose(first, {name: value for name, value in values.items() if START.fullmatch(name)})
+    for recording in measured:
+        if isinstance(recording, OfMotion):
+            recording.choose(first, {name: value for name, value in values.items() if START.fullmatch(name)})
     search = Search(make, measured, names, confidence, bounds, max_runs, starts)
     found = search.best_fit()
     for each in dict.fromkeys(search.unresolved):

@@ -79,7 +79,7 @@ class OfMotion:
         positions, derivatives = (np.stack(part, 1) for part in zip(*at, strict=True))
         return positions, derivatives.reshape(self.numbers.size, len(wanted))
 
-    def begin(self, starts: Mapping[str, float]) -> dict[str, Array]:
+    def begin(self, starts: Mapping[str, float]) -> dict[str, Any]:
         """The initial state with these coordinates and velocities by name."""
         found = {"q0": self.q0.copy(), "v0": self.v0.copy()}
         for name, value in starts.items():
@@ -99,7 +99,7 @@ class OfMotion:
         dt, step = self.options["dt"], self.options.get("control_step")
         held, step = held_rows(model, self.options.get("u"), step, t_end - t0, dt)
         motion = {"t0": t0, "dt": dt, **self.begin(starts), **of_rows(held, step, t0)}
-        self.accurate = AccurateRuns(model, t_end, motion, auto).chosen()
+        self.accurate = AccurateRuns(model, t_end, motion, auto, self.times).chosen()
         given = {name: self.options[name] for name in kept if name in self.options}
         self.options = {**given, **self.accurate.options}
 

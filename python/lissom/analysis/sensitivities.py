@@ -24,7 +24,7 @@ from .._lissom import (
 from ..common.arguments import keywords, suggesting, takes, text
 from ..common.interruption import Keeping
 from ..methods import Auto, Newmark, Radau
-from .accurate import AccurateRuns, asked, of_rows
+from .accurate import found_options, of_rows
 from .base import ParameterResult
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 from .shorthand import shorthand
@@ -276,11 +276,8 @@ def sensitivity(
     held, control_step = held_rows(model, u, control_step, t_end - t0, dt)
     shape = None if held is None else held.shape
     wanted = resolved(model, names_of(parameters), shape, by_adjoint=objective is not None)
-    if of_method == "auto":
-        auto, options = asked(options)
-        motion = {"t0": t0, "q0": q0, "v0": v0, "dt": dt, **of_rows(held, control_step, t0)}
-        found_options = dict(AccurateRuns(model, t_end, motion, auto).chosen().options)
-        of_method, options = found_options.pop("method"), {**options, **found_options}
+    motion = {"t0": t0, "q0": q0, "v0": v0, "dt": dt, **of_rows(held, control_step, t0)}
+    of_method, options = found_options(of_method, options, model, t_end, motion)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}
     # Unsupported features are rejected before the run; the run reports whether there are accelerations.
     rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))

@@ -44,6 +44,10 @@ pub(super) fn second_tolerance(facts: &Facts, wanted: f64) -> f64 {
     (first_tolerance(facts) * wanted / tightening(facts)).max(SMALLEST_RUN_TOLERANCE)
 }
 
+/// Tolerance of the second run over that of a run in closed loop, which is not repeated, and whose error is the whole difference to a finer
+/// one, with a factor of safety.
+const CLOSED_LOOP_MARGIN: f64 = 5.0;
+
 /// Number of states of the first run that are examined for further vibrations.
 const STATES: usize = 4;
 
@@ -150,14 +154,15 @@ impl<'a, M: Model + Clone> Plan<'a, M> {
         self.run_with(Some(control), tolerance, longest_step, monitor)
     }
 
-    /// A run in closed loop, with the method that finishes it.
+    /// A run in closed loop, with the method that finishes it, and tolerances with which it is rarely less accurate than asked.
     pub(super) fn closed_loop(
         &mut self,
         recording: &mut Recording<'_>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Run, InvalidInput> {
         self.most_steps = self.choice.worth;
-        let tolerance = second_tolerance(self.model.facts(), self.request.rtol);
+        let tolerance = second_tolerance(self.model.facts(), self.request.rtol) / CLOSED_LOOP_MARGIN;
+        let tolerance = tolerance.max(SMALLEST_RUN_TOLERANCE);
         loop {
             let step = recording.held.step;
             let mut inputs = recording.of_run();
