@@ -112,7 +112,7 @@ pub mod _lissom {
     use super::roots::{PyJacobianCheck, PyRootResult, check_jacobian_of, jacobian, root};
 
     #[pymodule_export]
-    use super::model::check_model;
+    use super::model::{check_model, measured_places, scales_of};
     #[pymodule_export]
     use super::rows::inputs_by_name;
     #[pymodule_export]

@@ -77,7 +77,8 @@ const EVERY_STEP: &str = "steps";
 ///     Controller, called as ``control(t, q, v)`` at `t0` and after every `control_step`. It returns the model's inputs, shape
 ///     (inputs,), or some of them as a dict; they are held until the next call. Steps end at these times; steps of fixed size are equal in between and
 ///     at most `dt`. Its exceptions are raised with the partial result as their attribute `result`. By default inputs keep
-///     their defaults.
+///     their defaults. 'auto' calls it once for each interval, too, and estimates the error of the loop from runs under the inputs that it
+///     gave; see ``docs/accuracy.md``.
 /// control_step : float, optional
 ///     Interval of the controller, seconds; by default `dt`.
 /// progress : callable, optional
@@ -207,8 +208,8 @@ pub(crate) fn simulate<'py>(
         returns_steps,
     };
     let configuration = given.configuration(n)?;
-    let held = u.map(|u| held_inputs(model, u, &configuration)).transpose()?;
-    let controller = match (Controller::new(model, control, control_step, dt, &configuration)?, held) {
+    let held = u.map(|u| held_inputs(model, u)).transpose()?;
+    let controller = match (Controller::new(model, control, control_step, dt)?, held) {
         (None, Some(held)) => {
             let whole = t_end - t0;
             let step = if whole > 0.0 && whole.is_finite() { whole } else { dt };
@@ -263,19 +264,10 @@ fn is_every_step(t_eval: &Bound<'_, PyAny>) -> bool {
 }
 
 /// Inputs that are held during a run.
-fn held_inputs(
-    model: &Bound<'_, PyModel>,
-    u: &Bound<'_, PyAny>,
-    configuration: &Configuration,
-) -> PyResult<Vec<f64>> {
+fn held_inputs(model: &Bound<'_, PyModel>, u: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     if u.is_callable() {
         return Err(PyTypeError::new_err(
             "u: got a function, expected inputs that are held; for u(t) write `control=lambda t, q, v: u(t)`",
-        ));
-    }
-    if matches!(configuration, Configuration::Accuracy(_)) {
-        return Err(PyValueError::new_err(
-            "u: the method \"auto\" takes inputs at their defaults: choose another method, or give each lissom.Input this value",
         ));
     }
     let inputs = model.get().inspect(|model| model.facts().inputs());
@@ -319,7 +311,6 @@ impl Controller {
         function: Option<&Bound<'_, PyAny>>,
         step: Option<f64>,
         dt: f64,
-        configuration: &Configuration,
     ) -> PyResult<Option<Self>> {
         let Some(function) = function else {
             return match step {
@@ -341,17 +332,17 @@ impl Controller {
                 "control: this model has no inputs: leave `control` out, or give loads or actuators a lissom.Input",
             ));
         }
-        if matches!(configuration, Configuration::Accuracy(_)) {
-            return Err(PyValueError::new_err(
-                "control: the method \"auto\" computes motions several times: choose another method",
-            ));
-        }
         if let Some(error) = CONTROL.refusal(function) {
             return Err(error);
         }
         let names = model.get().input_names();
         let function = Some(function.clone().unbind());
         Ok(Some(Self { function, held: Vec::new(), step: step.unwrap_or(dt), names }))
+    }
+
+    /// Inputs that do not change, with the time for which they are held.
+    fn constant(&self) -> Option<(f64, Vec<f64>)> {
+        self.function.is_none().then(|| (self.step, self.held.clone()))
     }
 
     /// Sets the inputs that the controller returns for a state: all, or some by name.
@@ -560,6 +551,7 @@ fn run(
     let progress = progress.map(|progress| progress.clone().unbind());
     // What stopped the choice of modes stops the run, too, before it begins.
     let is_stopped = chosen.is_some_and(|chosen| chosen.raised.is_err());
+    let constant = controller.as_ref().and_then(Controller::constant);
     let simulation = py.detach(|| {
         let mut monitor = |t: f64| {
             raised.none_yet()?;
@@ -579,20 +571,25 @@ fn run(
             }))?;
             if stop { Err(Interrupted) } else { Ok(()) }
         };
+        if let (Configuration::Accuracy(request), Some((step, values))) = (configuration, constant) {
+            let inputs = accuracy::Inputs::Rows { step, values };
+            return model.simulate_to_accuracy(t_span, [q0, v0], *request, t_eval, inputs, &mut monitor);
+        }
+        let step = controller.as_ref().map(|controller| controller.step);
+        let mut inputs = |t: f64, q: &[f64], v: &[f64], inputs: &mut [f64]| {
+            let Some(controller) = &mut controller else { return Ok(()) };
+            if !controller.held.is_empty() {
+                inputs.copy_from_slice(&std::mem::take(&mut controller.held));
+            }
+            raised_by_control.catch(Python::attach(|py| controller.inputs(py, t, [q, v], inputs)))
+        };
+        let control = step.map(|step| Control { step, inputs: &mut inputs });
         match configuration {
             Configuration::Accuracy(request) => {
-                model.simulate_to_accuracy(t_span, q0, v0, *request, t_eval, &mut monitor)
+                let inputs = control.map_or(accuracy::Inputs::Defaults, accuracy::Inputs::Controller);
+                model.simulate_to_accuracy(t_span, [q0, v0], *request, t_eval, inputs, &mut monitor)
             }
             Configuration::Method(method) => {
-                let step = controller.as_ref().map(|controller| controller.step);
-                let mut inputs = |t: f64, q: &[f64], v: &[f64], inputs: &mut [f64]| {
-                    let Some(controller) = &mut controller else { return Ok(()) };
-                    if !controller.held.is_empty() {
-                        inputs.copy_from_slice(&std::mem::take(&mut controller.held));
-                    }
-                    raised_by_control.catch(Python::attach(|py| controller.inputs(py, t, [q, v], inputs)))
-                };
-                let control = step.map(|step| Control { step, inputs: &mut inputs });
                 let simulation = model.simulate(t_span, q0, v0, method, t_eval, control, &mut monitor);
                 simulation.map(|simulation| (simulation, None))
             }

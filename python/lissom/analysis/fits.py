@@ -78,7 +78,8 @@ def fit(
         robots have local minima far from a good guess.
     **options
         As for `sensitivity`, among them the inputs `u` and `control_step` of a driven motion; for equilibria
-        as for `equilibrium_sensitivity`. With both kinds of data `method` is that of motions.
+        as for `equilibrium_sensitivity`. With both kinds of data `method` is that of motions. 'auto' chooses
+        tolerances for the first values, for all runs; the message has the errors with the fitted ones.
 
     Returns
     -------
@@ -141,6 +142,10 @@ def fit(
     size = sum(each.numbers.size for each in measured)
     if size < len(names):
         raise ValueError(f"data: got {size} numbers, expected at least {len(names)}: one for each parameter")
+    values = dict(zip(names, bounds[1].tolist(), strict=True))
+    for recording in measured:
+        if isinstance(recording, OfMotion):
+            recording.choose(first, {name: value for name, value in values.items() if START.fullmatch(name)})
     search = Search(make, measured, names, confidence, bounds, max_runs, starts)
     found = search.best_fit()
     for each in dict.fromkeys((*search.unresolved, *search.coarse)):

@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._lissom import Robot, StaticsResult, finite_array, inputs_by_name, statics
 from ..common.arguments import keywords, number, sequence
+from .accurate import AccurateRuns, asked, of_rows
 from .equilibria import OF_STATICS, differentiated, equilibrium_sensitivity, numbers_of
 from .measurements import OF_PLACES, NaturalFrequencies, RecordedMotion, StaticShapes
 from .parameters import START
-from .sensitivities import OF_SCHEME, OF_STEPS, number_of_control_steps, sensitivity
+from .sensitivities import OF_SCHEME, OF_STEPS, held_rows, number_of_control_steps, sensitivity
 from .shorthand import shorthand
 
 Array = NDArray[np.float64]
@@ -70,20 +71,41 @@ class OfMotion:
     options: Mapping[str, Any]
     noise: float | None
     unit: str = "metres"
+    #: Runs by the method that 'auto' has chosen.
+    accurate: AccurateRuns | None = None
 
     def predicted(
         self, model: Robot, wanted: Sequence[Any], starts: Mapping[str, float]
     ) -> tuple[Array, Array]:
         """See `Measured`."""
-        begin: dict[str, Any] = {"q0": self.q0.copy(), "v0": self.v0.copy()}
-        for name, value in starts.items():
-            found = START.fullmatch(name)
-            assert found is not None
-            begin[found["which"]][int(found["index"])] = value
-        run = sensitivity(model, self.times[-1], wanted, **begin, **self.options)
+        run = sensitivity(model, self.times[-1], wanted, **self.begin(starts), **self.options)
         at = [run.position(X, link=link, t=self.times) for link, X in self.places]
         positions, derivatives = (np.stack(part, 1) for part in zip(*at, strict=True))
         return positions, derivatives.reshape(self.numbers.size, len(wanted))
+
+    def begin(self, starts: Mapping[str, float]) -> dict[str, Any]:
+        """The initial state with these coordinates and velocities by name."""
+        found = {"q0": self.q0.copy(), "v0": self.v0.copy()}
+        for name, value in starts.items():
+            start = START.fullmatch(name)
+            assert start is not None
+            found[start["which"]][int(start["index"])] = value
+        return found
+
+    def choose(self, model: Robot, starts: Mapping[str, float]) -> None:
+        """Choose method and tolerances for what is asked of 'auto', for this and all later runs."""
+        method, options = shorthand(self.options.get("method"), dict(self.options))
+        if method != "auto":
+            return
+        kept = ("t0", "dt", "u", "control_step", "method")
+        auto, _ = asked({name: value for name, value in options.items() if name not in kept})
+        t0, t_end = self.options["t0"], float(self.times[-1])
+        dt, step = self.options["dt"], self.options.get("control_step")
+        held, step = held_rows(model, self.options.get("u"), step, t_end - t0, dt)
+        motion = {"t0": t0, "dt": dt, **self.begin(starts), **of_rows(held, step, t0)}
+        self.accurate = AccurateRuns(model, t_end, motion, auto, self.times).chosen()
+        given = {name: self.options[name] for name in kept if name in self.options}
+        self.options = {**given, **self.accurate.options}
 
     @property
     def has_inputs(self) -> bool:

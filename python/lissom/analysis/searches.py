@@ -312,6 +312,7 @@ class Search:
             message += f" At a bound: {', '.join(at_bounds)}; the intervals end there."
         if refine is not None:
             message += self._of_steps(found, 0.5 * (intervals[:, 1] - intervals[:, 0]))
+            message += self._of_accuracy(model, values)
             message += refine(intervals, found, (quantile * spread) ** 2)
         else:
             intervals = np.clip(intervals, lowest[:, None], highest[:, None])
@@ -392,6 +393,18 @@ class Search:
             f" The time steps move {self.names[worst]} by about {moved[worst]:.2g}, {parts[worst]:.2g} times "
             f"the half width of its interval: take steps that are {shorter:g} times as short."
         )
+
+    def _of_accuracy(self, model: Robot, values: Array) -> str:
+        """Errors of runs to an accuracy with the fitted values; a doubt about larger ones than asked."""
+        message = ""
+        named = dict(zip(self.names, values.tolist(), strict=True))
+        starts = {name: value for name, value in named.items() if START.fullmatch(name)}
+        for each in self.measured:
+            if isinstance(each, OfMotion) and each.accurate is not None:
+                sentence, doubt = each.accurate.verdict(model, **each.begin(starts))
+                message += sentence
+                self.unresolved += [doubt] if doubt else []
+        return message
 
     def _data(self, model: Robot, residual: Array, spread: float) -> tuple[FittedData, ...]:
         """The data with their residuals in their own units."""

@@ -23,7 +23,8 @@ from .._lissom import (
 )
 from ..common.arguments import keywords, suggesting, takes, text
 from ..common.interruption import Keeping
-from ..methods import Newmark, Radau
+from ..methods import Auto, Newmark, Radau
+from .accurate import found_options, of_rows
 from .base import ParameterResult
 from .parameters import OfInput, OfModel, OfStart, Parameter, names_of, place_derivative, resolved
 from .shorthand import shorthand
@@ -48,7 +49,7 @@ NEWMARK = (
 )
 
 #: Methods whose runs are differentiated.
-METHODS = (*NEWMARK, "radau")
+METHODS = (*NEWMARK, "radau", "auto")
 
 #: A remainder of less than this fraction of a control step is rounding, as in `simulate`.
 ROUNDING_OF_STEPS = 1e-9
@@ -198,7 +199,7 @@ def sensitivity(
     v0: ArrayLike | None = None,
     u: InputRows | None = None,
     control_step: float | None = None,
-    method: str | Newmark | Radau = "newmark",
+    method: str | Newmark | Radau | Auto = "newmark",
     dt: float = 1e-2,
     objective: Objective | None = None,
     **options: Any,
@@ -227,9 +228,10 @@ def sensitivity(
         Inputs, constant for the whole run or one row per control step. By default the defaults of the inputs.
     control_step : float, optional
         Duration of a control step, seconds; by default `dt`.
-    method : str, or Newmark or Radau of lissom.methods
+    method : str, or Newmark, Radau or Auto of lissom.methods
         A member of the Newmark family, as for `simulate`, with steps of fixed size; or 'radau', which chooses
-        its step sizes by `rtol` and `atol`. The derivatives hold these step sizes constant.
+        its step sizes by `rtol` and `atol`. The derivatives hold these step sizes constant. 'auto' is 'radau'
+        with tolerances for a time error of at most `rtol` of the length, which some runs find beforehand.
     dt : float
         Step size of the Newmark family, seconds.
     objective : callable, optional
@@ -271,9 +273,11 @@ def sensitivity(
     check_model(model, "model")
     of_method, options = shorthand(method, options)
     _check(model, of_method, options, objective, t_end=t_end, t0=t0, dt=dt)
-    held, control_step = _held(model, u, control_step, t_end - t0, dt)
+    held, control_step = held_rows(model, u, control_step, t_end - t0, dt)
     shape = None if held is None else held.shape
     wanted = resolved(model, names_of(parameters), shape, by_adjoint=objective is not None)
+    motion = {"t0": t0, "q0": q0, "v0": v0, "dt": dt, **of_rows(held, control_step, t0)}
+    of_method, options = found_options(of_method, options, model, t_end, motion)
     scheme = {name: options[name] for name in OF_SCHEME if options.get(name) is not None}
     # Unsupported features are rejected before the run; the run reports whether there are accelerations.
     rest, none = np.zeros((1, model.n)), np.zeros((model.n, 0))
@@ -379,7 +383,7 @@ def number_of_control_steps(duration: float, control_step: float) -> int:
     return max(1, math.ceil(duration / control_step * (1.0 - ROUNDING_OF_STEPS)))
 
 
-def _held(
+def held_rows(
     model: Model, u: InputRows | None, control_step: float | None, duration: float, dt: float
 ) -> tuple[Array | None, float | None]:
     """Inputs of all control steps, and the duration of a control step."""

@@ -8,7 +8,7 @@ use super::super::inputs::numbered;
 use super::super::rows::Vectors;
 use super::models::{Count, Models};
 use crate::integrators::second_order::number_of_steps;
-use crate::simulation::methods::Configuration;
+use crate::simulation::accuracy;
 
 /// Inputs of the rows.
 pub(super) enum Inputs {
@@ -23,7 +23,6 @@ impl Inputs {
         models: &Models,
         control_step: Option<f64>,
         ((t0, t_end), dt): ((f64, f64), f64),
-        configuration: &Configuration,
         count: &mut Count,
     ) -> PyResult<Self> {
         let no_steps = |control_step: Option<f64>| match control_step {
@@ -38,11 +37,6 @@ impl Inputs {
         if width == 0 {
             return Err(PyValueError::new_err(
                 "u: this model has no inputs: leave `u` out, or give loads or actuators a lissom.Input",
-            ));
-        }
-        if matches!(configuration, Configuration::Accuracy(_)) {
-            return Err(PyValueError::new_err(
-                "u: the method \"auto\" uses the default inputs: leave `u` out, or choose another method",
             ));
         }
         let given = &numbered(given, &names, &held, "u")?;
@@ -83,6 +77,16 @@ impl Inputs {
             Self::Defaults => None,
             Self::Held { step, .. } | Self::Steps { step, .. } => Some(*step),
         }
+    }
+
+    /// All inputs of a row, for a motion to an accuracy.
+    pub(super) fn of_row(&self, row: usize) -> accuracy::Inputs<'static> {
+        let (step, values) = match self {
+            Self::Defaults => return accuracy::Inputs::Defaults,
+            Self::Held { values, step } => (*step, values.of(row)),
+            Self::Steps { values, of_row, step, .. } => (*step, &values[row * of_row..][..*of_row]),
+        };
+        accuracy::Inputs::Rows { step, values: values.to_vec() }
     }
 
     /// Inputs of a row in this control step.

@@ -177,7 +177,7 @@ pub(crate) fn simulate_many<'py>(
     .configuration(n)?;
     let mut count = Count(models.rows().map(|rows| (rows, "model")));
     let (q0, v0) = (count.vectors(q0, n, "q0")?, count.vectors(v0, n, "v0")?);
-    let inputs_of_rows = Inputs::of(u, &models, control_step, (t_span, dt), &configuration, &mut count)?;
+    let inputs_of_rows = Inputs::of(u, &models, control_step, (t_span, dt), &mut count)?;
     let count = count.0.map_or(1, |(rows, _)| rows);
     let mut rows = Rows {
         models,

@@ -104,7 +104,8 @@ impl Rows {
         let (t_span, t_eval) = (self.t_span, self.t_eval.as_deref());
         match &self.configuration {
             Configuration::Accuracy(request) => {
-                *times = Some(model.check_to_accuracy(t_span, q0, v0, *request, t_eval)?);
+                *times =
+                    Some(model.check_to_accuracy(t_span, q0, v0, *request, t_eval, self.inputs.step())?);
             }
             Configuration::Method(method) => {
                 let step = self.inputs.step();
@@ -133,7 +134,15 @@ impl Rows {
         };
         let simulated = match &self.configuration {
             Configuration::Accuracy(request) => {
-                model.boxed_clone().simulate_to_accuracy(self.t_span, q0, v0, *request, t_eval, monitor)
+                let inputs = self.inputs.of_row(row);
+                model.boxed_clone().simulate_to_accuracy(
+                    self.t_span,
+                    [q0, v0],
+                    *request,
+                    t_eval,
+                    inputs,
+                    monitor,
+                )
             }
             Configuration::Method(method) => {
                 let mut steps = 0;

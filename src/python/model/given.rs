@@ -6,6 +6,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyType};
 
+use super::super::callback::or_raised;
 use super::PyModel;
 use crate::python::convert;
 
@@ -33,6 +34,31 @@ pub(crate) fn any_model_of<'a, 'py>(
 #[pyfunction]
 pub(crate) fn check_model(found: &Bound<'_, PyAny>, place: &str) -> PyResult<()> {
     model_of(found, place).map(drop)
+}
+
+/// The length of a model, to which accuracies of motions are relative, and the typical sizes of its coordinates, for tolerances.
+#[pyfunction]
+pub(crate) fn scales_of(model: &Bound<'_, PyModel>) -> (f64, Vec<f64>) {
+    model.get().inspect(|model| (model.facts().length, model.facts().typical_coordinates.clone()))
+}
+
+/// The places by which accuracies are measured, of states at these times: one after the other.
+#[pyfunction]
+pub(crate) fn measured_places(
+    model: &Bound<'_, PyModel>,
+    t: &Bound<'_, PyAny>,
+    q: &Bound<'_, PyAny>,
+) -> PyResult<Vec<[f64; 3]>> {
+    let (times, shapes) =
+        (convert::numbers(t, "t", "times")?.values, convert::numbers(q, "q", "states")?.values);
+    let mut model = model.get().native();
+    let n = model.facts().n;
+    let mut places = Vec::new();
+    for (&t, q) in times.iter().zip(shapes.chunks_exact(n.max(1))) {
+        or_raised(model.set_time(t))?;
+        model.places(q, &mut places);
+    }
+    Ok(places)
 }
 
 /// The error of what is no model.

@@ -25,7 +25,9 @@ use crate::python::words::required;
 use crate::robot::{Robot, RobotModel};
 
 pub(super) use self::energy::PyEnergy;
-pub(super) use self::given::{MODEL, any_model_of, check_model, model_of, not_a_model, of_file};
+pub(super) use self::given::{
+    MODEL, any_model_of, check_model, measured_places, model_of, not_a_model, of_file, scales_of,
+};
 pub(super) use self::native::Native;
 pub(super) use self::stepped::Stepped;
 

@@ -11,6 +11,7 @@ use crate::integrators::ode::FirstOrder;
 use crate::model;
 use crate::robot::{Robot, RobotModel};
 use crate::simulation::accuracy;
+use crate::simulation::methods::Configuration;
 use crate::simulation::simulate;
 use crate::simulation::simulate::{Control, Simulation};
 use crate::simulation::stepping::Run;
@@ -44,10 +45,10 @@ pub(crate) trait Native: model::Model + Send + Sync {
     fn simulate_to_accuracy(
         self: Box<Self>,
         t_span: (f64, f64),
-        q0: &[f64],
-        v0: &[f64],
+        start: [&[f64]; 2],
         request: accuracy::Request,
         t_eval: Option<&[f64]>,
+        inputs: accuracy::Inputs<'_>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput>;
 
@@ -70,15 +71,16 @@ pub(crate) trait Native: model::Model + Send + Sync {
         v0: &[f64],
         request: accuracy::Request,
         t_eval: Option<&[f64]>,
+        control_step: Option<f64>,
     ) -> Result<Vec<f64>, InvalidInput>;
 
-    /// A [run](Run) of a copy, advanced step by step.
+    /// A [run](Run) of a copy, or one [to an accuracy](accuracy::AccurateRun), advanced step by step.
     fn run(
         &self,
         t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
-        method: &simulate::Method,
+        configuration: &Configuration,
     ) -> Result<Box<dyn Stepped>, InvalidInput>;
 
     /// [`statics::space_error`].
@@ -150,22 +152,28 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         t_span: (f64, f64),
         q0: &[f64],
         v0: &[f64],
-        method: &simulate::Method,
+        configuration: &Configuration,
     ) -> Result<Box<dyn Stepped>, InvalidInput> {
-        Ok(Box::new(Run::new(self.clone(), t_span, q0, v0, method)?))
+        let model = self.clone();
+        Ok(match configuration {
+            Configuration::Method(method) => Box::new(Run::new(model, t_span, q0, v0, method)?),
+            Configuration::Accuracy(request) => {
+                Box::new(accuracy::AccurateRun::new(model, t_span, q0, v0, *request)?)
+            }
+        })
     }
 
     fn simulate_to_accuracy(
         self: Box<Self>,
         t_span: (f64, f64),
-        q0: &[f64],
-        v0: &[f64],
+        start: [&[f64]; 2],
         request: accuracy::Request,
         t_eval: Option<&[f64]>,
+        inputs: accuracy::Inputs<'_>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<(Simulation, Option<Box<dyn Native>>), InvalidInput> {
         let (simulation, model) =
-            accuracy::simulate_to_accuracy(*self, t_span, q0, v0, request, t_eval, monitor)?;
+            accuracy::simulate_to_accuracy(*self, t_span, start, request, t_eval, inputs, monitor)?;
         Ok((simulation, model.map(|model| Box::new(model) as Box<dyn Native>)))
     }
 
@@ -188,8 +196,9 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Native for M {
         v0: &[f64],
         request: accuracy::Request,
         t_eval: Option<&[f64]>,
+        control_step: Option<f64>,
     ) -> Result<Vec<f64>, InvalidInput> {
-        accuracy::check(self, t_span, q0, v0, request, t_eval)
+        accuracy::check(self, t_span, [q0, v0], request, t_eval, control_step)
     }
 
     fn space_error(

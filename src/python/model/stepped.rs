@@ -6,6 +6,7 @@ use crate::analysis::statics::Tendons;
 use crate::error::{Interrupted, InvalidInput};
 use crate::model;
 use crate::robot::RobotModel;
+use crate::simulation::accuracy::AccurateRun;
 use crate::simulation::balance::State;
 use crate::simulation::stepping::{Run, Status};
 
@@ -32,6 +33,8 @@ pub(crate) trait Stepped: Send + Sync {
     fn energy(&mut self) -> Result<model::Energy, Interrupted>;
     fn explain(&mut self, status: Status) -> String;
     fn doubt(&mut self) -> Option<String>;
+    /// Estimated error due to the steps, relative to the length, of a simulation to an accuracy.
+    fn time_error(&self) -> Option<f64>;
     fn interrupted(&self) -> Status;
     fn memory(&mut self) -> Vec<f64>;
     fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput>;
@@ -90,8 +93,77 @@ impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for Run<M> {
     fn doubt(&mut self) -> Option<String> {
         self.doubt()
     }
+    fn time_error(&self) -> Option<f64> {
+        None
+    }
     fn interrupted(&self) -> Status {
         self.interrupted()
+    }
+    fn memory(&mut self) -> Vec<f64> {
+        self.memory()
+    }
+    fn recall(&mut self, memory: &[f64]) -> Result<(), InvalidInput> {
+        self.recall(memory)
+    }
+}
+
+impl<M: model::Model + Clone + Send + Sync + 'static> Stepped for AccurateRun<M> {
+    fn boxed_clone(&self) -> Box<dyn Stepped> {
+        Box::new(self.clone())
+    }
+    fn end_of(&self, duration: Option<f64>) -> Result<f64, InvalidInput> {
+        self.run().end_of(duration)
+    }
+    fn begin_interval(&mut self, t_end: f64) {
+        self.begin_interval(t_end);
+    }
+    fn set_inputs(&mut self, inputs: &[f64]) {
+        self.set_inputs(inputs);
+    }
+    fn begin(&mut self) -> Result<Option<Status>, Interrupted> {
+        self.begin()
+    }
+    fn watched_step(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Option<Status>, Interrupted> {
+        self.watched_step(monitor)
+    }
+    fn finish(
+        &mut self,
+        monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
+    ) -> Result<Status, Interrupted> {
+        self.finish(monitor)
+    }
+    fn shorten_rotation_vectors(&mut self) {
+        self.run_mut().shorten_rotation_vectors();
+    }
+    fn t(&self) -> f64 {
+        self.run().t()
+    }
+    fn state(&self) -> [&[f64]; 3] {
+        Stepped::state(self.run())
+    }
+    fn inputs(&self) -> &[f64] {
+        self.run().inputs()
+    }
+    fn energy(&mut self) -> Result<model::Energy, Interrupted> {
+        self.energy()
+    }
+    fn explain(&mut self, status: Status) -> String {
+        let explained = self.explain(status);
+        let doubt = self.doubt().map_or_else(String::new, |doubt| format!(" {doubt}"));
+        let of_contact = self.run_mut().advice_at_end(status, None);
+        explained + &of_contact + &slack_now(self.run_mut()) + &doubt
+    }
+    fn doubt(&mut self) -> Option<String> {
+        self.doubt()
+    }
+    fn time_error(&self) -> Option<f64> {
+        Some(self.time_error())
+    }
+    fn interrupted(&self) -> Status {
+        self.run().interrupted()
     }
     fn memory(&mut self) -> Vec<f64> {
         self.memory()

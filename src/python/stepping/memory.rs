@@ -9,7 +9,8 @@ use super::super::model::{PyModel, Stepped};
 use super::super::motion::signals;
 use crate::error::{InvalidInput, Number};
 use crate::python::errors::OrRaise as _;
-use crate::simulation::stepping::{Method, Status};
+use crate::simulation::methods::Configuration;
+use crate::simulation::stepping::Status;
 use crate::simulation::time_limit::TimeLimit;
 
 /// Maximum number of steps of a model of one coordinate in a call before other threads may run: about 0.1 ms.
@@ -72,11 +73,11 @@ impl Memory {
     pub(super) fn begin(
         py: Python<'_>,
         model: &PyModel,
-        method: &Method,
+        configuration: &Configuration,
         limit: TimeLimit,
         start: Start,
     ) -> PyResult<Self> {
-        let mut memory = Self::prepare(model, method, limit, start)?;
+        let mut memory = Self::prepare(model, configuration, limit, start)?;
         let begun = or_raised(py.detach(|| memory.run.begin()))?;
         if let Some(status) = begun {
             memory.outcome = Outcome::Ended(status);
@@ -84,10 +85,15 @@ impl Memory {
         Ok(memory)
     }
 
-    fn prepare(model: &PyModel, method: &Method, limit: TimeLimit, start: Start) -> PyResult<Self> {
+    fn prepare(
+        model: &PyModel,
+        configuration: &Configuration,
+        limit: TimeLimit,
+        start: Start,
+    ) -> PyResult<Self> {
         check_start_time(start.t).or_raise()?;
-        let t_span = (start.t, start.t + method.dt());
-        let run = model.native().run(t_span, &start.q, &start.v, method);
+        let t_span = (start.t, start.t + configuration.dt());
+        let run = model.native().run(t_span, &start.q, &start.v, configuration);
         let run = run.map_err(with_python_names).or_raise()?;
         run.end_of(None).or_raise()?;
         let inputs = run.inputs().to_vec();

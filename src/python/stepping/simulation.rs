@@ -4,7 +4,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::{IntoPyArray, PyArray1, ToPyArray};
 use pyo3::class::{PyTraverseError, PyVisit};
-use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyFloat, PyString, PyTuple};
@@ -22,7 +22,6 @@ use crate::integrators::newmark::Parameters;
 use crate::python::errors::OrRaise as _;
 use crate::python::words::{no_others, required};
 use crate::simulation::methods::Configuration;
-use crate::simulation::simulate::Method;
 use crate::simulation::time_limit::TimeLimit;
 
 /// A simulation that you advance step by step, with inputs.
@@ -38,7 +37,8 @@ use crate::simulation::time_limit::TimeLimit;
 /// dt : float
 ///     Default duration of a step, seconds; for the Newmark family also its step size (if adaptive, the first one).
 /// method : str or one of `lissom.methods`
-///     As for `simulate`, except 'auto'.
+///     As for `simulate`. 'auto' chooses the method for the start, and estimates the error as the simulation goes on (`time_error`), with
+///     a `doubt` where it exceeds `rtol`; the space error is not estimated.
 /// q0, v0 : array_like, shape (n,), optional
 ///     Initial coordinates and velocities; by default zero.
 /// t0 : float
@@ -65,6 +65,8 @@ use crate::simulation::time_limit::TimeLimit;
 ///     Outcome of the last step, as in `MotionResult.status`: 'finished' for success, 'ready' before the first step.
 /// success : bool
 ///     False after a step that failed.
+/// time_error : float or None
+///     Estimated error so far due to the steps, relative to the model's length, with the method 'auto'.
 /// message : str
 ///     The status in words, and what to change.
 ///
@@ -86,7 +88,7 @@ pub(crate) struct PySimulation {
     pub(super) model: Py<PyModel>,
     /// Keyword arguments of the constructor except the initial state, for pickles and restarts.
     pub(super) options: Py<PyDict>,
-    pub(super) method: Method,
+    pub(super) configuration: Configuration,
     pub(super) memory: Mutex<Memory>,
 }
 
@@ -189,16 +191,12 @@ impl PySimulation {
             needs_damping: model.get().inspect(needs_damping),
             returns_steps: false,
         };
-        let Configuration::Method(method) = given.configuration(n)? else {
-            return Err(PyValueError::new_err(
-                "method: \"auto\" computes whole motions several times and cannot go step by step: choose another method",
-            ));
-        };
+        let configuration = given.configuration(n)?;
         let start = start(n, q0, v0, t0)?;
         let limit = TimeLimit::new(max_seconds, f64::INFINITY).or_raise()?;
-        let memory = Memory::begin(py, model.get(), &method, limit, start)?;
+        let memory = Memory::begin(py, model.get(), &configuration, limit, start)?;
         let model = model.clone().unbind();
-        Ok(Self { model, options: options.unbind(), method, memory: Mutex::new(memory) })
+        Ok(Self { model, options: options.unbind(), configuration, memory: Mutex::new(memory) })
     }
 
     /// Advance the simulation with constant inputs.
@@ -316,7 +314,7 @@ impl PySimulation {
             q: if q0.is_some() { given.q } else { last.q },
             v: if v0.is_some() { given.v } else { last.v },
         };
-        let memory = Memory::begin(py, self.model.get(), &self.method, limit, start)?;
+        let memory = Memory::begin(py, self.model.get(), &self.configuration, limit, start)?;
         *self.memory()? = memory;
         Ok(())
     }
@@ -327,7 +325,7 @@ impl PySimulation {
         Ok(Self {
             model: self.model.clone_ref(py),
             options: self.options.clone_ref(py),
-            method: self.method.clone(),
+            configuration: self.configuration.clone(),
             memory: Mutex::new(memory),
         })
     }
@@ -410,6 +408,13 @@ impl PySimulation {
     fn doubt(&self) -> PyResult<Option<String>> {
         // A copy, because functions of time may be Python code that uses this simulation.
         Ok(self.memory()?.run.boxed_clone().doubt())
+    }
+
+    /// Estimated error so far of the tips and bodies due to the steps, relative to the model's length, with the method 'auto'; infinite
+    /// where it is unknown, None with other methods.
+    #[getter]
+    fn time_error(&self) -> PyResult<Option<f64>> {
+        Ok(self.memory()?.run.time_error())
     }
 
     fn __repr__(&self) -> PyResult<String> {

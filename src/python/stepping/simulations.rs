@@ -25,7 +25,7 @@ use crate::error::Interrupted;
 use crate::numerics::parallel;
 use crate::python::errors::OrRaise as _;
 use crate::python::words::{no_others, required};
-use crate::simulation::simulate::Method;
+use crate::simulation::methods::Configuration;
 use crate::simulation::stepping::Status;
 use crate::simulation::time_limit::TimeLimit;
 
@@ -95,7 +95,7 @@ pub(crate) struct PySimulations {
     models: Vec<Py<PyModel>>,
     /// As in `Simulation`.
     options: Py<PyDict>,
-    method: Method,
+    configuration: Configuration,
     workers: usize,
     n: usize,
     inputs: usize,
@@ -117,7 +117,7 @@ impl PySimulations {
     /// Rows from these initial states. A row with the same start as the previous one is copied from it.
     fn begin<'a>(
         py: Python<'_>,
-        method: &Method,
+        configuration: &Configuration,
         limit: TimeLimit,
         starts: impl Iterator<Item = (&'a Py<PyModel>, Start)>,
     ) -> PyResult<Vec<Memory>> {
@@ -126,7 +126,7 @@ impl PySimulations {
         for (model, start) in starts {
             let row = match rows.last() {
                 Some(last) if before == Some(model.as_ptr()) && last.start == start => last.copy(),
-                _ => Memory::begin(py, model.get(), method, limit, start)
+                _ => Memory::begin(py, model.get(), configuration, limit, start)
                     .map_err(|error| of_row(py, rows.len(), &error))?,
             };
             before = Some(model.as_ptr());
@@ -328,12 +328,16 @@ impl PySimulations {
         arguments.set_item("q0", q)?;
         arguments.set_item("v0", v)?;
         let pattern = pattern.call((first,), Some(&arguments))?.cast_into::<PySimulation>()?;
-        let PySimulation { options, method, .. } = pattern.get();
+        let PySimulation { options, configuration, .. } = pattern.get();
         let limit = pattern.get().memory()?.limit;
-        let rows =
-            Self::begin(py, method, limit, models.iter().enumerate().map(|(i, model)| (model, start(i))))?;
-        let (options, method) = (options.clone_ref(py), method.clone());
-        Ok(Self { models, options, method, workers, n, inputs, rows: Mutex::new(rows) })
+        let rows = Self::begin(
+            py,
+            configuration,
+            limit,
+            models.iter().enumerate().map(|(i, model)| (model, start(i))),
+        )?;
+        let (options, configuration) = (options.clone_ref(py), configuration.clone());
+        Ok(Self { models, options, configuration, workers, n, inputs, rows: Mutex::new(rows) })
     }
 
     /// Advance all rows with constant inputs.
@@ -387,7 +391,7 @@ impl PySimulations {
             row.run.begin_interval(end);
             row.outcome = Outcome::Raised;
         }
-        let dt = self.method.dt();
+        let dt = self.configuration.dt();
         let steps = duration.unwrap_or(dt) / dt * rows.len() as f64;
         if steps * self.n as f64 <= 2.0 * STEPS_WITH_INTERPRETER as f64 {
             for row in rows.iter_mut() {
@@ -447,7 +451,7 @@ impl PySimulations {
             };
             (&self.models[row], start)
         });
-        let begun = Self::begin(py, &self.method, limit, starts)?;
+        let begun = Self::begin(py, &self.configuration, limit, starts)?;
         let mut rows = self.rows()?;
         for (row, memory) in chosen.into_iter().zip(begun) {
             rows[row] = memory;
@@ -461,7 +465,7 @@ impl PySimulations {
         Ok(Self {
             models: self.models.iter().map(|model| model.clone_ref(py)).collect(),
             options: self.options.clone_ref(py),
-            method: self.method.clone(),
+            configuration: self.configuration.clone(),
             rows: Mutex::new(rows),
             ..*self
         })
@@ -487,7 +491,7 @@ impl PySimulations {
         Ok(PySimulation {
             model: self.models[row].clone_ref(py),
             options: self.options.clone_ref(py),
-            method: self.method.clone(),
+            configuration: self.configuration.clone(),
             memory: Mutex::new(memory),
         })
     }
@@ -599,7 +603,7 @@ impl PySimulations {
         Ok(Self {
             models: simulations.iter().map(|simulation| simulation.get().model.clone_ref(py)).collect(),
             options: first.options.clone_ref(py),
-            method: first.method.clone(),
+            configuration: first.configuration.clone(),
             workers: workers.max(1),
             n: model.n(),
             inputs: model.default_inputs().len(),

@@ -19,6 +19,8 @@ pub(super) struct Choice {
     pub(super) frequency: f64,
     /// Steps of the explicit method beyond which the implicit one is expected to cost less.
     pub(super) worth: usize,
+    /// Whether explicit steps became too short in a run.
+    pub(super) has_switched: bool,
     /// Reason in one sentence.
     pub(super) reason: String,
 }
@@ -31,7 +33,14 @@ impl Choice {
     /// The implicit method, for models without a spectrum.
     pub(super) fn implicit() -> Self {
         let reason = "Method: radau.".to_owned();
-        Self { integrator: &RADAU, resolved: f64::INFINITY, frequency: 1.0, worth: usize::MAX, reason }
+        Self {
+            integrator: &RADAU,
+            resolved: f64::INFINITY,
+            frequency: 1.0,
+            worth: usize::MAX,
+            has_switched: false,
+            reason,
+        }
     }
 
     /// Compares the costs of one second of motion. Models with closed loops use Radau, which includes the
@@ -56,6 +65,7 @@ impl Choice {
                 resolved,
                 frequency,
                 worth: usize::MAX,
+                has_switched: false,
                 reason: reason.to_owned(),
             };
         }
@@ -68,7 +78,7 @@ impl Choice {
             let reason = "Method: dop853, because nothing in the model is stiff.".to_owned();
             let may_be_stiff = facts.has_one_sided_forces || facts.has_dry_friction;
             let worth = if may_be_stiff { FEW_STEPS as usize } else { usize::MAX };
-            return Self { integrator: &DOP853, resolved: f64::INFINITY, frequency: 1.0, worth, reason };
+            return Self { integrator: &DOP853, worth, reason, ..Self::implicit() };
         }
         let resolved = following.highest().max(slowest);
         let step = |integrator: &Integrator| {
@@ -87,19 +97,20 @@ impl Choice {
             );
             let steps = EXPLICIT_COST_FACTOR * RADAU.cost / DOP853.cost * duration / implicit;
             let worth = steps.max(FEW_STEPS) as usize;
-            return Self { integrator: &DOP853, resolved, frequency, worth, reason };
+            return Self { integrator: &DOP853, resolved, frequency, worth, has_switched: false, reason };
         }
         let reason = format!(
             "Method: radau, because its largest rate, {highest:.3} Hz, limits explicit steps to {stable:.1e} s, while the \
              accuracy takes implicit ones of {implicit:.1e} s, for vibrations of up to {wanted:.3} Hz."
         );
-        Self { integrator: &RADAU, resolved, frequency, worth: usize::MAX, reason }
+        Self { resolved, frequency, reason, ..Self::implicit() }
     }
 
     /// Changes to the implicit method after the explicit one took too many steps.
     pub(super) fn switch(&mut self) {
         self.integrator = &RADAU;
         self.worth = usize::MAX;
+        self.has_switched = true;
         self.reason =
             "Method: radau, because explicit steps became short where something stiff began to act."
                 .to_owned();

@@ -2,6 +2,7 @@
 //! from the others, to modal forces that are linear between sample times.
 
 use super::features::{Features, Sample};
+use super::inputs::{Given, Held};
 use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::error::Interrupted;
@@ -40,33 +41,35 @@ impl Drive {
     /// already, and fewer samples suffice for the amplitudes.
     pub(super) fn new<M: Model>(
         model: &mut M,
-        t_span: (f64, f64),
-        q0: &[f64],
+        given: Given<'_>,
         (spectrum, growing): (&Spectrum, &[Growing]),
         (visible, finds): (f64, bool),
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
-        let (t0, t_end) = t_span;
+        let Given { t_span: (t0, t_end), start: [q0, _], held, .. } = given;
         let modes = &spectrum.modes;
         let finds = finds && model.facts().has_functions;
         let of_periods = LOOKS_OF_A_PERIOD * (t_end - t0) / model.facts().shortest_period;
         let looks = if finds { SAMPLES } else { of_periods.clamp(FEW_SAMPLES, SAMPLES) };
         let between_looks = (t_end - t0) / looks;
         let weights: Vec<f64> = modes.iter().map(|mode| softness(mode, model, q0) / visible).collect();
-        let mut forces = Forces::new(q0, growing);
+        let mut forces = Forces::new(q0, growing, held);
         let mut motion: Vec<Oscillation> = modes.iter().map(Oscillation::new).collect();
         let mut features =
             Features { weights, duration: t_end - t0, longest_step: f64::INFINITY, ends: Vec::new() };
         let (mut t, mut looks) = (t0, 0);
-        let mut before = Sample { t: t0, forces: forces.at(model, modes, t)? };
+        let mut before = Sample { t: t0, forces: forces.at(model, modes, [t, t])? };
         while t < t_end {
             let shortest = if looks < MAX_SAMPLES { 0.0 } else { SAMPLES_OF_A_PART * between_looks };
-            let end = model.horizon(t).max(t + shortest).min(t_end);
+            let of_inputs = held.map_or(f64::INFINITY, |held| held.horizon(t));
+            let end = model.horizon(t).min(of_inputs).max(t + shortest).min(t_end);
             let number = ((end - t) / between_looks).ceil().max(SAMPLES_OF_A_PART);
             let step = (end - t) / number;
             let mut at = |t: f64| {
                 monitor(t0)?;
-                Ok(Sample { t, forces: forces.at(model, modes, t)? })
+                // At the end, inputs are those before it.
+                let with_inputs_of = t.min(end - 0.5 * step);
+                Ok(Sample { t, forces: forces.at(model, modes, [t, with_inputs_of])? })
             };
             let mut part = vec![before];
             for i in 1..=number as usize {
@@ -82,8 +85,12 @@ impl Drive {
                     oscillation.step(mode, to.t - from.t, [from.forces[k], to.forces[k]]);
                 }
             }
-            before = part.pop().expect("there was one at the start");
             t = end;
+            before = match held {
+                // Inputs jump at the end of their interval.
+                Some(_) if t < t_end => Sample { t, forces: forces.at(model, modes, [t, t])? },
+                _ => part.pop().expect("there was one at the start"),
+            };
         }
         let Features { longest_step, ends, .. } = features;
         Ok(Self {
@@ -109,15 +116,25 @@ struct Forces<'a> {
     tau: Vec<f64>,
     growing: &'a [Growing],
     grown: Vec<f64>,
+    held: Option<&'a Held>,
 }
 
 impl<'a> Forces<'a> {
-    fn new(q0: &'a [f64], growing: &'a [Growing]) -> Self {
+    fn new(q0: &'a [f64], growing: &'a [Growing], held: Option<&'a Held>) -> Self {
         let [rest, tau] = [(); 2].map(|()| vec![0.0; q0.len()]);
-        Self { q0, rest, tau, growing, grown: vec![0.0; growing.len()] }
+        Self { q0, rest, tau, growing, grown: vec![0.0; growing.len()], held }
     }
 
-    fn at<M: Model>(&mut self, model: &mut M, modes: &[Vibration], t: f64) -> Result<Vec<f64>, Interrupted> {
+    /// At a time, with the inputs of another one.
+    fn at<M: Model>(
+        &mut self,
+        model: &mut M,
+        modes: &[Vibration],
+        [t, with_inputs_of]: [f64; 2],
+    ) -> Result<Vec<f64>, Interrupted> {
+        if let Some(held) = self.held {
+            held.set(model, with_inputs_of);
+        }
         model.set_time(t)?;
         model.inverse_dynamics(self.q0, &self.rest, &self.rest, &mut self.tau);
         for (grown, growing) in self.grown.iter_mut().zip(self.growing) {

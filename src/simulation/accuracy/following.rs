@@ -9,6 +9,7 @@ use std::f64::consts::E;
 
 use super::drive::Drive;
 use super::growth_resolution::GrowthResolution;
+use super::inputs::Given;
 use super::integrator::Integrator;
 use crate::analysis::growing::{Growing, amplitude};
 use crate::analysis::spectrum::{Spectrum, Vibration};
@@ -96,13 +97,13 @@ impl Following {
     /// with the start time and may stop the search.
     pub(super) fn new<M: Model>(
         model: &mut M,
-        t_span: (f64, f64),
-        [q0, v0]: [&[f64]; 2],
+        given: Given<'_>,
         spectrum: &Spectrum,
         [loosest, wanted]: [f64; 2],
         known: Option<&Self>,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Self, Interrupted> {
+        let Given { t_span, start: [q0, v0], held, .. } = given;
         let mut of_drive = model.facts().shortest_period / STEPS_OF_A_PERIOD;
         let mut sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
         let mut ends = Vec::new();
@@ -113,12 +114,12 @@ impl Following {
             Some(_) => Vec::new(),
         };
         let mut seeds: Vec<f64> = growing.iter().map(|growing| growing.size).collect();
-        if model.facts().varies_in_time {
+        if model.facts().varies_in_time || held.is_some() {
             if let Some(known) = known {
                 model.end_steps_at(&known.ends);
             }
             let visible = (VISIBLE_CHANGE * wanted, known.is_none());
-            let drive = Drive::new(model, t_span, q0, (spectrum, &growing), visible, monitor)?;
+            let drive = Drive::new(model, given, (spectrum, &growing), visible, monitor)?;
             for (size, driven) in sizes.iter_mut().zip(drive.sizes) {
                 *size = size.max(driven);
             }
@@ -143,6 +144,21 @@ impl Following {
             .excited
             .extend(growing.iter().zip(seeds).map(|(one, seed)| scaled(&one.shape, seed, one.speed)));
         Ok(following)
+    }
+
+    /// Vibrations that the state `q0` contains, during this time, whatever excites others later.
+    pub(super) fn of_start<M: Model>(
+        model: &mut M,
+        duration: f64,
+        q0: &[f64],
+        spectrum: &Spectrum,
+        [loosest, wanted]: [f64; 2],
+    ) -> Self {
+        let of_drive = model.facts().shortest_period / STEPS_OF_A_PERIOD;
+        let mut following = Self { of_drive, rate: spectrum.rate(), loosest, wanted, ..Self::nothing() };
+        let sizes: Vec<f64> = spectrum.modes.iter().map(|mode| mode.size).collect();
+        following.add(model, duration, q0, spectrum, &sizes);
+        following
     }
 
     /// Adds the vibrations that a later state of the motion contains, and what grows from it within this time near an equilibrium.

@@ -5,6 +5,7 @@
 //! responses of the model and of one with more modes, to the same start and loads, are exact sums of vibrations and show this difference. It is
 //! the space error as far as the motion itself is linear.
 
+use super::inputs::Given;
 use super::paths::{distances, largest, range};
 use crate::analysis::spectrum::{Spectrum, Vibration};
 use crate::model::Model;
@@ -44,11 +45,11 @@ impl Response {
     /// those of free joints, with closed loops, for large models, and where a function of time fails or a number is not finite.
     pub(super) fn new<M: Model>(
         model: &mut M,
-        [q0, v0]: [&[f64]; 2],
+        Given { start: [q0, v0], held, .. }: Given<'_>,
         times: &[f64],
         elastic: &[f64],
     ) -> Option<Self> {
-        let (n, varies) = (model.facts().n, model.facts().varies_in_time);
+        let (n, varies) = (model.facts().n, model.facts().varies_in_time || held.is_some());
         let is_held = model.facts().constraints() == 0 && elastic.iter().all(|k| *k > 0.0);
         if !is_held || n > MOST_COORDINATES {
             return None;
@@ -57,10 +58,16 @@ impl Response {
         let rest = vec![0.0; n];
         let mut forces = Vec::new();
         for &t in &times[..if varies { times.len() } else { times.len().min(1) }] {
+            if let Some(held) = held {
+                held.set(model, t);
+            }
             model.set_time(t).ok()?;
             let mut tau = vec![0.0; n];
             model.inverse_dynamics(q0, &rest, &rest, &mut tau);
             forces.push(tau);
+        }
+        if let Some(held) = held {
+            held.set(model, *times.first()?);
         }
         let modes = Spectrum::fast(model, *times.first()?, [q0, v0])?.modes;
         let sizes = model.facts().typical_coordinates.clone();

@@ -5,6 +5,7 @@
 //! matter, and which fraction of the missing displacement a model with only two more modes per strain
 //! captures. Kinks, point loads and springs near an end act on much higher modes than the next ones.
 
+use super::inputs::{Given, set_state};
 use super::linear::Response;
 use super::paths::{largest, size, turned};
 use crate::analysis::refined::{all_places, embed, places_of_modes};
@@ -138,14 +139,14 @@ impl Estimate {
     }
 }
 
-/// A finer model for comparison with `coarse`, given its motion from `q0`, `v0` and the measured places on it, whose steps resolved frequencies up to
+/// A finer model for comparison with `coarse`, with the motion of that and the measured places on it, whose steps resolved frequencies up to
 /// `resolved` rad/s. An error is the reason why there is none; `None` for models that are not discretised.
 /// `late_at_most` is the error of the tip by a relative error of the frequency of the largest vibration, without all others, in which
 /// vibrations have at most the second argument.
 pub(super) fn finer<M: Model + Clone>(
     coarse: &M,
     (motion, tips): (&Simulation, &[[f64; 3]]),
-    [q0, v0]: [&[f64]; 2],
+    given: Given<'_>,
     late_at_most: &dyn Fn(f64, f64) -> f64,
     [resolved, tolerance]: [f64; 2],
 ) -> Result<Option<Finer<M>>, &'static str> {
@@ -206,7 +207,7 @@ pub(super) fn finer<M: Model + Clone>(
         all_places(&fine, &richest, &between).iter().map(|&k| missing.stiffness[(k, k)]).collect();
     let mut model = coarse.with_modes(&fine);
     let compared = model.as_mut().and_then(|fine| {
-        Compared::new([&mut coarse.clone(), fine], (motion, tips), [q0, v0], (&elastic, &places))
+        Compared::new([&mut coarse.clone(), fine], (motion, tips), given, (&elastic, &places))
     });
     let Compared { apart, is_linear, frequencies } = compared.unwrap_or_default();
     let facts = coarse.facts();
@@ -231,12 +232,13 @@ impl Compared {
     fn new<M: Model>(
         [coarse, fine]: [&mut M; 2],
         (motion, tips): (&Simulation, &[[f64; 3]]),
-        start: [&[f64]; 2],
+        given: Given<'_>,
         (elastic, places): (&[f64], &[usize]),
     ) -> Option<Self> {
-        let there = start.map(|values| embed(values, places, elastic.len()));
-        let fine = Response::new(fine, there.each_ref().map(Vec::as_slice), &motion.t, elastic)?;
-        let coarse = Response::new(coarse, start, &motion.t, elastic)?;
+        let there = given.start.map(|values| embed(values, places, elastic.len()));
+        let there = Given { start: there.each_ref().map(Vec::as_slice), ..given };
+        let fine = Response::new(fine, there, &motion.t, elastic)?;
+        let coarse = Response::new(coarse, given, &motion.t, elastic)?;
         Some(Self {
             apart: largest(&super::paths::distances(&coarse.places, &fine.places)),
             is_linear: coarse.describes(motion.t.len(), tips),
@@ -288,8 +290,8 @@ impl Missing {
         for i in (1..=STATES).map(|k| k * last / STATES) {
             let [q, v] = [&motion.q, &motion.v].map(|values| &values[i * n..][..n]);
             let mut a = vec![0.0; n];
-            let is_known = coarse.set_time(motion.t[i]).is_ok()
-                && richer.set_time(motion.t[i]).is_ok()
+            let is_known = set_state(&mut coarse, motion, i).is_ok()
+                && set_state(richer, motion, i).is_ok()
                 && coarse.forward_dynamics(q, v, &mut a, &mut scratch).is_ok();
             if !is_known {
                 continue;

@@ -1,5 +1,6 @@
 //! Choice of the number of modes of each strain for a motion or an equilibrium.
 
+use super::inputs::Given;
 use super::missing::SAFETY;
 use super::paths::{distances, largest};
 use super::request::Request;
@@ -324,7 +325,8 @@ impl Trials<'_> {
         let rest = vec![0.0; model.facts().n];
         let tolerance = TRIAL_TOLERANCE * self.request.rtol;
         let request = Request { rtol: tolerance, ..self.request };
-        let plan = Plan::new(&mut model, t_span, [&rest, &rest], request, None, None, self.monitor)?;
+        let given = Given { t_span, start: [&rest, &rest], held: None, t_eval: None };
+        let plan = Plan::new(&mut model, given, request, None, self.monitor)?;
         let run = plan.run(tolerance, f64::INFINITY, self.monitor)?;
         let is_success = run.is_success();
         let Run { simulation, tips, .. } = run;

@@ -1,11 +1,11 @@
 //! Error due to the finite number of modes and nodes: bounded by the forces on modes that are missing, or measured by a
 //! run of a model with more modes and nodes.
 
+use super::inputs::Given;
 use super::missing::{by_nodes, finer};
 use super::paths::{distances, largest};
 use super::request::Request;
-use super::run::{Plan, Run, first_tolerance};
-use super::time::TIGHTENING;
+use super::run::{Plan, Run, TIGHTENING, first_tolerance};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::simulation::simulate::Status;
@@ -56,7 +56,7 @@ pub(super) fn add_error<M: Model + Clone>(
     let motion = (&run.simulation, &run.tips[..]);
     let late_at_most = |relative, most| plan.following.late_at_most(relative, most);
     let limits = [plan.choice.resolved, wanted];
-    let mut finer = match finer(plan.model, motion, plan.start, &late_at_most, limits) {
+    let mut finer = match finer(plan.model, motion, plan.given, &late_at_most, limits) {
         Ok(Some(finer)) => finer,
         Ok(None) => return Ok(()),
         Err(why) => return unknown(run, why),
@@ -84,7 +84,7 @@ pub(super) fn add_error<M: Model + Clone>(
         return unknown(run, "with more modes the model would be too large");
     };
     let n = model.facts().n;
-    let [q0, v0] = plan.start.map(|values| finer.embed(values, n));
+    let [q0, v0] = plan.given.start.map(|values| finer.embed(values, n));
     // Expected error of a run relative to its tolerance, from the runs of the coarse model.
     let part =
         run.simulation.statistics.time_error.map_or(1.0, |error| error / run.tolerance).max(SMALLEST_ERROR);
@@ -96,7 +96,8 @@ pub(super) fn add_error<M: Model + Clone>(
     let error = loop {
         let request = Request { rtol: tolerance, ..plan.request };
         let known = Some(&plan.following);
-        let fine = Plan::new(&mut model, plan.t_span, [&q0, &v0], request, plan.t_eval, known, monitor)?;
+        let given = Given { start: [&q0, &v0], ..plan.given };
+        let fine = Plan::new(&mut model, given, request, known, monitor)?;
         let other = fine.run(tolerance, f64::INFINITY, monitor)?;
         if !other.is_success() {
             if other.simulation.status.name() == "interrupted" {

@@ -1,16 +1,10 @@
 //! Error of the time steps, measured by pairs of runs and reduced to the requested accuracy.
 
 use super::paths::{distances, grows, largest, range};
-use super::run::{Plan, Run, first_tolerance};
+use super::run::{Plan, Run, SMALLEST_RUN_TOLERANCE, TIGHTENING, first_tolerance, tightening};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::simulation::simulate::Status;
-
-/// Ratio of the tolerances of two runs that are compared.
-pub(super) const TIGHTENING: f64 = 5.0;
-
-/// The same for motions with impacts: at similar tolerances the steps of free flights are the same, and so is the error of impacts.
-const TIGHTENING_AT_IMPACTS: f64 = 10.0;
 
 /// If the accuracy was not met, the next run aims at this fraction of it, with a tolerance reduced at most by
 /// `SMALLEST_FACTOR`.
@@ -20,16 +14,16 @@ const SMALLEST_FACTOR: f64 = 1e-3;
 /// Two runs are comparable if the expected gain in accuracy, from their numbers of steps, is at least this:
 /// then their difference bounds the error of the better run. Otherwise the better run is repeated with enough
 /// steps for `ENOUGH_GAIN`.
-const LEAST_GAIN: f64 = 2.0;
+pub(super) const LEAST_GAIN: f64 = 2.0;
 const ENOUGH_GAIN: f64 = 4.0;
 
 /// The estimated error of the better of two runs is this factor times their difference, over the square root
 /// of the expected gain. The estimate is not less than the median by proportionality, and not less than the
 /// true error in 99 of 100 random motions (`benches/python/accuracy/honesty.py`).
-const SAFETY: f64 = 2.5;
+pub(super) const SAFETY: f64 = 2.5;
 
 /// Smallest error attributed to a run, relative to its tolerance; closer agreement is chance.
-const SMALLEST_ERROR: f64 = 0.05;
+pub(super) const SMALLEST_ERROR: f64 = 0.05;
 
 /// A run whose energy drifts by this fraction of the moved energy is not trusted, whatever it agrees with.
 const LARGE_DRIFT: f64 = 0.1;
@@ -45,9 +39,6 @@ const RETRY_TOLERANCE: f64 = 1.5;
 
 /// Maximum number of runs, for motions that multiply every error.
 const RUNS: usize = 6;
-
-/// Tightest tolerance of a run; below, rounding errors dominate.
-const SMALLEST_RUN_TOLERANCE: f64 = 1e-13;
 
 /// A looser run for comparison.
 struct Looser {
@@ -73,7 +64,7 @@ pub(super) fn to_accuracy<M: Model + Clone>(
     let (mut tolerance, mut longest_step) = (first, f64::INFINITY);
     let mut previous: Option<Looser> = None;
     let has_order = !plan.model.facts().has_one_sided_forces;
-    let tightening = if has_order { TIGHTENING } else { TIGHTENING_AT_IMPACTS };
+    let tightening = tightening(plan.model.facts());
     let (mut runs, mut has_looked) = (0, false);
     plan.most_steps = plan.choice.worth;
     loop {
@@ -144,12 +135,12 @@ pub(super) fn to_accuracy<M: Model + Clone>(
 }
 
 /// Longest step of a run that gains enough over one of this number of steps.
-fn longest_of_gain<M: Model + Clone>(plan: &Plan<'_, M>, steps: f64) -> f64 {
+pub(super) fn longest_of_gain<M: Model + Clone>(plan: &Plan<'_, M>, steps: f64) -> f64 {
     plan.duration() / steps * plan.choice.integrator.shorter(1.0 / ENOUGH_GAIN)
 }
 
 /// Adds the estimated error to the run that is returned, with a message and, if it is too large, a status.
-fn conclude(run: &mut Run, wanted: f64, runs: usize, error: f64) {
+pub(super) fn conclude(run: &mut Run, wanted: f64, runs: usize, error: f64) {
     run.simulation.statistics.time_error = Some(error);
     run.simulation.message = if error <= wanted {
         format!("The time error is {error:.0e} of the length, {wanted:.0e} was asked for.")

@@ -209,6 +209,16 @@ pub enum Configuration {
     Accuracy(accuracy::Request),
 }
 
+impl Configuration {
+    /// Size of fixed steps, or interval of output times.
+    pub(crate) fn dt(&self) -> f64 {
+        match self {
+            Self::Method(method) => method.dt(),
+            Self::Accuracy(request) => request.dt,
+        }
+    }
+}
+
 impl Integration {
     /// The way to compute a motion of `n` coordinates with steps of the size `dt`, or with output at this interval.
     ///

@@ -167,17 +167,18 @@ pub fn simulate<M: Model>(
     arguments.run(model, None, monitor)
 }
 
-/// Like [`simulate`], of steps that are known to follow what grows.
+/// Like [`simulate`], of steps that are known to follow what grows, with inputs that are set every so many seconds if given.
 pub(crate) fn simulate_as_chosen<M: Model>(
     model: M,
     t_span: (f64, f64),
     [q0, v0]: [&[f64]; 2],
     method: &Method,
     t_eval: Option<&[f64]>,
+    control: Option<(f64, &mut Inputs<'_>)>,
     monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
 ) -> Result<Simulation, InvalidInput> {
     let arguments = Arguments { t_span, q0, v0, method, t_eval, judges_growth: false };
-    arguments.run(model, None, monitor)
+    arguments.run(model, control.map(|(step, inputs)| Control { step, inputs }), monitor)
 }
 
 /// Like [`simulate`], with inputs set by `control`. Steps end at the times of the controller: a method with
@@ -372,7 +373,7 @@ fn limit_steps(method: &mut Method, n: usize) {
     *max_steps = points_in_memory(n).min(*max_steps);
 }
 
-fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
+pub(crate) fn check_control(step: f64, (t0, t_end): (f64, f64)) -> Result<(), InvalidInput> {
     let mut check = Checker::new();
     if check.positive(step, "control_step", "seconds") {
         let is_visible = t_end == t0 || t0 + step > t0 && t_end - step < t_end;

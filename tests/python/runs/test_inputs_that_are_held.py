@@ -40,9 +40,13 @@ def test_functions_go_to_control(rod):
         lissom.simulate(rod, 0.1, u=lambda t: [t])
 
 
-def test_auto_takes_defaults(rod):
-    with pytest.raises(ValueError, match='u: the method "auto" takes inputs at their defaults'):
-        lissom.simulate(rod, 0.1, u=[0.3], method="auto")
+def test_auto_takes_them(rod):
+    held = lissom.simulate(rod, 0.1, u=[0.3], method="auto", rtol=1e-6)
+    by_default = lissom.simulate(pulled(0.3), 0.1, method="auto", rtol=1e-6)
+    apart = np.abs(rod.pose(held.q)[:, :3, 3] - rod.pose(by_default.q)[:, :3, 3]).max()
+    assert apart < 2e-6 * 0.15
+    assert held.stats.space_error == pytest.approx(by_default.stats.space_error, rel=0.1)
+    assert held.stats.steps <= 1.5 * by_default.stats.steps
 
 
 @pytest.mark.parametrize("control", [lambda t: [t], lambda: [0.3], lambda t, q: [t], lambda t, q, v, u: [t]])

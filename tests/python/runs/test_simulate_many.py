@@ -266,7 +266,7 @@ REFUSED = {
     "steps of inputs": ({"u": np.zeros((2, 5, 2))}, r"u: expected shape \(count, 10, 2\), got \(2, 5, 2\)"),
     "nan in steps": ({"u": np.full((2, 10, 2), np.nan)}, r"u\[0, 0, 0\]: got NaN"),
     "control step": ({"u": [0, 0], "control_step": 0.1}, "control_step: got 0.1, but only inputs of shape"),
-    "auto with inputs": ({"u": [0, 0], "method": "auto"}, 'u: the method "auto" uses the default inputs'),
+    "step of auto": ({"u": np.zeros((2, 5, 2)), "method": "auto", "control_step": 0.0}, "control_step"),
     "workers": ({"workers": 0}, "workers: got 0"),
     "keep": ({"keep": "all"}, 'keep: got "all", expected "states"'),
     "link": ({"places": ["rud"]}, r"places\[0\]: got 'rud', expected one of the links: 'rod'"),

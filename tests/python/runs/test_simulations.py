@@ -204,7 +204,7 @@ def test_a_row_that_fails_disturbs_no_other():
         ({"q0": np.zeros((2, 4))}, ValueError, r"q0: expected shape \(k, 3\), got \(2, 4\)"),
         ({"v0": [[0, 0, 0], [0, np.nan, 0]]}, ValueError, r"v0\[1, 1\]: got NaN, expected a finite number"),
         ({"dt": -1.0}, ValueError, "dt: got -1"),
-        ({"method": "auto"}, ValueError, 'method: "auto" computes whole motions'),
+        ({"method": "auto", "rtol": 0.5}, ValueError, "rtol: got 0.5"),
         ({"methud": "radau"}, TypeError, "methud"),
         ({"model": 3}, TypeError, "model: expected a Model .* or a sequence of them, got int"),
         ({"model": [], "count": None}, ValueError, "model: got 0 models, expected at least one"),

@@ -193,7 +193,8 @@ def test_durations_that_make_no_sense_are_refused(duration):
     [
         ({"dt": 0.0}, "dt"),
         ({"dt": np.nan}, "dt"),
-        ({"dt": 1e-3, "method": "auto"}, "auto"),
+        ({"dt": 1e-3, "method": "auto", "atol": 1e-6}, "atol"),
+        ({"dt": 1e-3, "method": "auto", "rtol": 0.5}, "rtol"),
         ({"dt": 1e-3, "method": "euler"}, "method"),
         ({"dt": 1e-3, "q0": [0.0]}, "q0: expected 4 values"),
         ({"dt": 1e-3, "v0": [np.nan] * 4}, "v0"),
@@ -566,8 +567,8 @@ def test_control_takes_a_model_with_inputs_and_a_step_takes_control():
         lissom.simulate(rod(), 0.1, control_step=0.1)
     with pytest.raises(TypeError, match="control: expected a callable"):
         lissom.simulate(pushed(), 0.1, control=3)
-    with pytest.raises(ValueError, match="auto"):
-        lissom.simulate(pushed(), 0.1, method="auto", control=law)
+    with pytest.raises(ValueError, match="control_step"):
+        lissom.simulate(pushed(), 0.1, method="auto", control=law, control_step=-1.0)
 
 
 def test_results_have_their_inputs():

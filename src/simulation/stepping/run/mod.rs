@@ -190,6 +190,11 @@ impl<M: Model> Run<M> {
         self.integrator.extend_to(t_end);
     }
 
+    /// Lets a step of an adaptive method end there first, within the interval, or goes on to its end.
+    pub(crate) fn end_part_at(&mut self, t: f64) {
+        self.integrator.extend_to(t);
+    }
+
     /// End times of single steps from now on.
     fn grid_now(&self) -> Grid {
         let t = self.t();
