@@ -73,6 +73,7 @@ def test_a_function_of_parameters_is_fitted_alike():
     assert found.model.segments == rod(*found.values.tolist()).segments
 
 
+@pytest.mark.filterwarnings("ignore:The finite number of modes:lissom.AccuracyWarning")
 def test_functions_take_starts_shapes_and_frequencies_too():
     def taper(ratio):
         # Without damping, which lowers frequencies.
@@ -332,6 +333,7 @@ def loaded(young=3e5, mass=0.0):
     return lissom.Rod([segment], tip_mass=mass, actuators=[pull])
 
 
+@pytest.mark.filterwarnings("ignore:The finite number of modes:lissom.AccuracyWarning")
 @pytest.mark.slow
 @pytest.mark.parametrize("mass", [0.0, 5e-4])
 def test_intervals_near_a_bound_cover_as_often_as_they_say(mass):
@@ -379,6 +381,7 @@ def test_intervals_of_values_at_zero_end_where_the_data_say(seed, is_at_bound, h
     np.testing.assert_allclose(found.intervals, [[0.0, end]], rtol=0.02)
 
 
+@pytest.mark.filterwarnings("ignore:The finite number of modes:lissom.AccuracyWarning")
 def test_what_is_not_determined_lies_between_its_bounds():
     rest = lissom.statics(rod(count=1), np.zeros(1), space_error=False)
     shape = lissom.StaticShapes([rod(count=1).pose(rest.q)[:3, 3]])
