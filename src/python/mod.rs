@@ -17,6 +17,7 @@ mod convert;
 mod curve;
 mod ensemble;
 mod errors;
+mod hard_steps;
 mod imports;
 mod inputs;
 mod loops;
@@ -72,6 +73,8 @@ pub mod _lissom {
     use super::ensemble::{PyEnsembleResult, simulate_many};
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
+    #[pymodule_export]
+    use super::hard_steps::PyHardSteps;
     #[pymodule_export]
     use super::machine::machine;
     #[pymodule_export]
