@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from ._lissom import Fluid as Fluid
     from ._lissom import Free as Free
     from ._lissom import Gear as Gear
+    from ._lissom import HardSteps as HardSteps
     from ._lissom import Harmonic as Harmonic
     from ._lissom import Input as Input
     from ._lissom import JacobianCheck as JacobianCheck
@@ -136,8 +137,8 @@ else:
         "_lissom": """
             DOP853 RK45 AccuracyWarning ActiveStrain ActuateResult Along Balance BaseMotion Body
             Chamber ContinuationResult ConvergenceError CriticalPoint CurveResult Cylindrical
-            DenseOutput Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear Harmonic Input
-            JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
+            DenseOutput Distance Energy EnsembleResult EquilibriumPath Fluid Free Gear HardSteps Harmonic
+            Input JacobianCheck Joint Link LissomError Load Loop LoopEnd Magnet Mimic Model ModesResult
             MotionResult Motor OdeResult OdeSolver Overlap Planar Prismatic Profile Radau ReachResult
             Revolute Robot Rod RootResult Scene SceneError SceneProblem Screw Section Segment Simulation
             SimulationSettings Simulations SpaceError Spherical SpringPendulum StaticsResult

@@ -5,4 +5,8 @@ mod chord;
 pub mod newmark;
 pub mod ode;
 pub mod radau;
+mod retries;
 pub mod second_order;
+
+pub use retries::Reason;
+pub(crate) use retries::Retries;

@@ -20,6 +20,7 @@ mod curve;
 mod ensemble;
 mod equilibrium_path;
 mod errors;
+mod hard_steps;
 mod imports;
 mod inputs;
 mod loops;
@@ -82,6 +83,8 @@ pub mod _lissom {
     use super::equilibrium_path::{PyCriticalPoint, PyEquilibriumPath};
     #[pymodule_export]
     use super::errors::{AccuracyWarning, ConvergenceError, LissomError};
+    #[pymodule_export]
+    use super::hard_steps::PyHardSteps;
     #[pymodule_export]
     use super::machine::machine;
     #[pymodule_export]

@@ -14,6 +14,7 @@ use super::balance::PyBalance;
 use super::callback::{Raised, or_raised, with_result};
 use super::convert;
 use super::errors::{AccuracyWarning, OrRaise as _};
+use super::hard_steps::PyHardSteps;
 use super::model::PyModel;
 use super::overlap::PyOverlap;
 use super::record::{self, ReadOnly, Reduced};
@@ -75,6 +76,9 @@ use crate::simulation::simulate::{Simulation, Slack, Statistics, accelerations};
 ///     an `AccuracyWarning`.
 /// deepest : Overlap or None
 ///     The overlap of surfaces, at the end of a step, that was deepest for their thickness; None if nothing touched.
+/// hard_steps : HardSteps or None
+///     The steps that were attempted more than once, or whose equations converged slowly: when, why, and what they cost. Those of the
+///     run that is returned, of method 'auto' without its trials. None for `newmark` and for results of older versions.
 #[pyclass(name = "MotionResult", module = "lissom", frozen)]
 pub(crate) struct PyMotionResult {
     #[pyo3(get)]
@@ -105,6 +109,8 @@ pub(crate) struct PyMotionResult {
     #[pyo3(get)]
     deepest: Option<Py<PyOverlap>>,
     #[pyo3(get)]
+    hard_steps: Option<Py<PyHardSteps>>,
+    #[pyo3(get)]
     model: Option<Py<PyModel>>,
     flow: Flow,
     balance: PyOnceLock<Py<PyBalance>>,
@@ -125,6 +131,7 @@ impl PyMotionResult {
             u,
             n,
             evaluations,
+            hard_steps,
             flow,
             statistics,
             status,
@@ -160,6 +167,7 @@ impl PyMotionResult {
             slack: slack.iter().map(|slack| slack.name.clone()).collect(),
             doubt,
             deepest: PyOverlap::of_run(py, deepest, model.as_ref())?,
+            hard_steps: PyHardSteps::of_run(py, &hard_steps, model.as_ref())?,
             model,
             flow,
             balance: PyOnceLock::new(),
@@ -246,6 +254,7 @@ impl PyMotionResult {
             slack,
             doubt,
             deepest,
+            hard_steps,
             model,
             flow,
             balance: _,
@@ -254,13 +263,21 @@ impl PyMotionResult {
         let flow = (flow.dissipated.as_slice(), flow.work.as_slice());
         record::reduce_to::<Self>(
             py,
-            (states, flow, (stats, *success, status, outcome, slack, doubt), model, deepest, evaluations),
+            (
+                states,
+                flow,
+                (stats, *success, status, outcome, slack, doubt),
+                model,
+                deepest,
+                evaluations,
+                hard_steps,
+            ),
         )
     }
 
     #[staticmethod]
-    #[pyo3(signature = (states, flow, outcome, model, deepest=None, evaluations=None))]
-    #[allow(clippy::type_complexity, reason = "the parts of a result")]
+    #[pyo3(signature = (states, flow, outcome, model, deepest=None, evaluations=None, hard_steps=None))]
+    #[allow(clippy::type_complexity, clippy::too_many_arguments, reason = "the parts of a result")]
     fn _restore(
         py: Python<'_>,
         states: (Py<PyAny>, Py<PyAny>, Py<PyAny>, Py<PyAny>, Option<Py<PyAny>>),
@@ -269,6 +286,7 @@ impl PyMotionResult {
         model: Option<Py<PyModel>>,
         deepest: Option<Py<PyOverlap>>,
         evaluations: Option<Vec<usize>>,
+        hard_steps: Option<Py<PyHardSteps>>,
     ) -> PyResult<Self> {
         let t = convert::vector(states.0.bind(py), "t")?;
         let n = states.1.bind(py).cast::<PyArray2<f64>>()?.dims()[1];
@@ -315,6 +333,7 @@ impl PyMotionResult {
             slack,
             doubt,
             deepest,
+            hard_steps,
             model,
             flow,
             balance,

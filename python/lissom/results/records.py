@@ -34,7 +34,7 @@ PARTS = {
     "_lissom": (
         *("MotionResult", "StaticsResult", "ContinuationResult", "ModesResult", "EnsembleResult"),
         *("ActuateResult", "ReachResult", "Balance", "CriticalPoint", "EquilibriumPath", "Statistics"),
-        *("Overlap", "SpaceError", "Harmonic", "Input", "Profile", "Robot", "Rod", "Section"),
+        *("Overlap", "HardSteps", "SpaceError", "Harmonic", "Input", "Profile", "Robot", "Rod", "Section"),
         "SpringPendulum",
     ),
     "analysis.fitted": ("FitResult", "FittedData"),

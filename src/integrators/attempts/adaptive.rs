@@ -4,6 +4,7 @@ use super::diagnosis::Kind;
 use super::{Diagnosis, Stepper};
 use crate::description::signal::end_of_step;
 use crate::error::Interrupted;
+use crate::integrators::Reason;
 use crate::integrators::second_order::{Counters, Failure, ROUNDING_OF_STEPS, SecondOrderSystem};
 use crate::model::Excitation;
 
@@ -82,6 +83,7 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
         }
         let t_new = if is_last { end } else { t + wanted };
         let h = t_new - t;
+        stepper.retries().attempt();
         let tried = stepper.try_step(system, t_new, h, again)?;
         (failure, again) = (Failure::NotConverged, true);
         wanted = match tried {
@@ -105,14 +107,17 @@ pub(crate) fn adaptive_step<A: Adaptive, S: SecondOrderSystem + ?Sized>(
                     return Ok(Ok(next));
                 }
                 invalid += 1;
+                found.reason().into_iter().for_each(|reason| stepper.retries().fail(reason));
                 stepper.counters().rejected += 1;
                 A::FAILED_STEP_FACTOR * h
             }
             Tried::Inaccurate(factor) => {
+                stepper.retries().fail(Reason::Error);
                 stepper.counters().rejected += 1;
                 factor * h
             }
             Tried::Unsolved(found) => {
+                stepper.retries().fail(found);
                 stepper.counters().unsolved += 1;
                 if system.facts().has_dry_friction && !system.facts().has_contact {
                     largest_growth = LARGEST_GROWTH_AFTER_FAILURE;

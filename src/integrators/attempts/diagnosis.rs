@@ -2,6 +2,7 @@
 
 use super::impacts::{FollowedImpact, Impacts, Remedy, ResolvedLoss, StoppedImpact, StoppedImpacts};
 use crate::error::{Interrupted, Number, Time};
+use crate::integrators::Reason;
 use crate::integrators::second_order::set_motion;
 use crate::model::{
     CollidingParts, EnergySnapshot, Facts, ForwardScratch, GainCheck, Impact, InvalidShape, Model, Radius,
@@ -52,6 +53,20 @@ pub(crate) enum Diagnosis {
     /// (`test_stiff_boxes_do_not_gain_energy`).
     Explodes,
     Valid,
+}
+
+impl Diagnosis {
+    /// Why a step with this problem is attempted again.
+    pub(crate) fn reason(self) -> Option<Reason> {
+        Some(match self {
+            Self::Missed => Reason::Missed,
+            Self::Unresolved => Reason::Impact,
+            Self::Invalid => Reason::InvalidEnd,
+            Self::Crossed => Reason::PassedThrough,
+            Self::Explodes => Reason::EnergyGain,
+            Self::Valid => return None,
+        })
+    }
 }
 
 /// The kind of an attempted step.

@@ -4,6 +4,7 @@ use super::diagnosis::{Diagnosis, Kind, knows_losses};
 use super::impacts::{self, FollowedImpact};
 use super::{Stepper, Unilateral};
 use crate::error::Interrupted;
+use crate::integrators::Reason;
 use crate::integrators::second_order::{Failure, SecondOrderSystem, Solved, model_at, model_of};
 use crate::model::{Impact, InImpact};
 
@@ -120,6 +121,9 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             return Ok(Ok(()));
         }
         self.unilateral().followed = None;
+        if !self.unilateral().tries_whole() {
+            self.stepper.retries().fail(Reason::InParts);
+        }
         // 3. Without memory, like the next step then: colliding bodies do not rebound
         // (`test_what_meets_within_a_step_does_not_rebound`), unless they are followed in parts. What has just been made in parts
         // mostly fails again.
@@ -200,11 +204,14 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
     }
 
     fn downhill(&mut self, t_new: f64, h: f64) -> Solved {
+        self.stepper.retries().attempt();
         if let Err(failure) = self.stepper.try_downhill(self.system, t_new, h)? {
+            self.stepper.retries().fail(failure);
             return Ok(Err(failure));
         }
         let (ends, unilateral) = self.stepper.tried();
-        if unilateral.diagnose(model_of(self.system), &ends, Kind::Downhill)? != Diagnosis::Valid {
+        let found = unilateral.diagnose(model_of(self.system), &ends, Kind::Downhill)?;
+        if self.record(found) != Diagnosis::Valid {
             return Ok(Err(Failure::NotConverged));
         }
         self.accept()?;
@@ -221,7 +228,11 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
         if has_contact {
             model_of(self.system).take_touched();
         }
+        self.stepper.retries().attempt();
         let solved = self.stepper.try_step(self.system, t_new, h, memory)?;
+        if let Err(failure) = solved {
+            self.stepper.retries().fail(failure);
+        }
         if has_contact {
             self.unilateral().has_touched = model_of(self.system).take_touched();
         }
@@ -230,7 +241,17 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
 
     fn excites(&mut self) -> Result<bool, Interrupted> {
         let (ends, unilateral) = self.stepper.tried();
-        unilateral.excites(model_of(self.system), &ends)
+        let excites = unilateral.excites(model_of(self.system), &ends)?;
+        if excites {
+            self.stepper.retries().fail(Reason::Impact);
+        }
+        Ok(excites)
+    }
+
+    /// Records why an attempt with this diagnosis does not make the step.
+    fn record(&mut self, found: Diagnosis) -> Diagnosis {
+        found.reason().into_iter().for_each(|reason| self.stepper.retries().fail(reason));
+        found
     }
 
     fn diagnose(&mut self, memory: Memory) -> Result<Diagnosis, Interrupted> {
@@ -240,7 +261,8 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
             Memory::Dropped => Kind::WithoutMemory,
         };
         let (ends, unilateral) = self.stepper.tried();
-        unilateral.diagnose(model_of(self.system), &ends, kind)
+        let found = unilateral.diagnose(model_of(self.system), &ends, kind)?;
+        Ok(self.record(found))
     }
 
     /// Attempts a step that must be valid.
@@ -334,26 +356,29 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
         Ok(())
     }
 
-    /// Makes the step in halves, and halves again those that fail.
+    /// Makes the step in halves, and halves again those that fail, this often.
     fn in_parts(&mut self, t_new: f64, memory: Memory, halvings: usize) -> Solved {
         let start = self.stepper.clone();
         self.stepper.begin_parts();
-        let solved = self.halves(t_new, halvings, memory);
+        let solved = self.halves(t_new, [1, halvings], memory);
         self.stepper.end_parts(start, matches!(solved, Ok(Ok(()))));
         self.stepper.forget();
         solved
     }
 
-    fn halves(&mut self, t_new: f64, halvings: usize, memory: Memory) -> Solved {
+    /// The halves after so many halvings.
+    fn halves(&mut self, t_new: f64, [halvings, most]: [usize; 2], memory: Memory) -> Solved {
         let t = self.stepper.tried().0.t[0];
+        let retries = self.stepper.retries();
+        retries.halvings = retries.halvings.max(halvings);
         for end in [0.5 * (t + t_new), t_new] {
             self.stepper.forget();
             let h = end - self.stepper.tried().0.t[0];
             let Err(failure) = self.part(end, h, memory)? else { continue };
-            if halvings == 1 {
+            if halvings == most {
                 return Ok(Err(failure));
             }
-            if let Err(failure) = self.halves(end, halvings - 1, memory)? {
+            if let Err(failure) = self.halves(end, [halvings + 1, most], memory)? {
                 return Ok(Err(failure));
             }
         }

@@ -31,12 +31,16 @@ pub(crate) use fixed::{Fixed, Memory, fixed_step};
 pub(crate) use impacts::{Remedy, ResolvedLoss, StoppedImpact};
 
 use crate::error::Interrupted;
+use crate::integrators::Retries;
 use crate::integrators::second_order::SecondOrderSystem;
 
 /// A stepper of smooth equations of motion with constraints.
 pub(crate) trait Stepper {
     /// The last attempted step, and the state of the one-sided forces.
     fn tried(&mut self) -> (Ends<'_>, &mut Unilateral);
+
+    /// The attempts of the current step.
+    fn retries(&mut self) -> &mut Retries;
 
     /// Accepts the last attempted step.
     fn accept<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted>;

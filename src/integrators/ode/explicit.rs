@@ -13,6 +13,7 @@ use super::state::{Advance, State};
 use super::status::Status;
 use super::stiffness::StiffnessTest;
 use crate::error::Interrupted;
+use crate::integrators::Reason;
 use crate::integrators::attempts::MAX_INVALID_ATTEMPTS;
 use crate::numerics::tape::Tape;
 
@@ -92,15 +93,18 @@ impl Explicit {
             let wanted = h_abs;
             let (t_new, h) = state.step_to(h_abs);
             h_abs = h.abs();
+            state.retries.attempt();
             self.attempt(state, system, t_new, h)?;
             let error = self.error_norm(state, h_abs);
             let f_new = self.pair.stages() * n..(self.pair.stages() + 1) * n;
             if error < 1.0 && all_finite(&state.y_new) && all_finite(&self.stages[f_new.clone()]) {
                 let rates = [&state.f[..], &self.stages[f_new.clone()]];
                 let states = [&state.y[..], &state.y_new];
-                if system.is_invalid([state.t, t_new], states, rates, invalid < MAX_INVALID_ATTEMPTS)? {
+                let is_judged = invalid < MAX_INVALID_ATTEMPTS;
+                if let Some(reason) = system.refusal([state.t, t_new], states, rates, is_judged)? {
                     invalid += 1;
                     state.counters.rejected += 1;
+                    state.retries.fail(reason);
                     was_rejected = true;
                     h_abs *= INVALID_STEP_FACTOR;
                     continue;
@@ -117,6 +121,7 @@ impl Explicit {
             was_rejected = true;
             // The state may overflow with a zero error although the right-hand side is finite.
             finite = all_finite(&self.stages[..(self.pair.stages() + 1) * n]) && all_finite(&state.y_new);
+            state.retries.fail(if finite { Reason::Error } else { Reason::NonFinite });
             h_abs *= self.control.after_rejection(if finite { error } else { f64::NAN });
         }
     }

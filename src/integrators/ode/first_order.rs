@@ -2,7 +2,8 @@
 
 use super::{FirstOrderSystem, JacobianKind};
 use crate::error::Interrupted;
-use crate::integrators::attempts::{Diagnosis, Ends, Kind, Unilateral};
+use crate::integrators::Reason;
+use crate::integrators::attempts::{Ends, Kind, Unilateral};
 use crate::model::constraint::projection;
 use crate::model::constraint::projection::Fit;
 use crate::model::{ForwardScratch, Model, rotation_vectors};
@@ -130,13 +131,13 @@ impl<M: Model> FirstOrderSystem for FirstOrder<M> {
         self.model.horizon(t)
     }
 
-    fn is_invalid(
+    fn refusal(
         &mut self,
         t: [f64; 2],
         y: [&[f64]; 2],
         dydt: [&[f64]; 2],
         is_judged: bool,
-    ) -> Result<bool, Interrupted> {
+    ) -> Result<Option<Reason>, Interrupted> {
         let n = self.n;
         let ends = Ends {
             t,
@@ -146,7 +147,7 @@ impl<M: Model> FirstOrderSystem for FirstOrder<M> {
             a: dydt.map(|f| &f[n..]),
         };
         let kind = Kind::Adaptive { bends: true, is_judged };
-        Ok(self.unilateral.diagnose(&mut self.model, &ends, kind)? != Diagnosis::Valid)
+        Ok(self.unilateral.diagnose(&mut self.model, &ends, kind)?.reason())
     }
 
     fn jacobian_kind(&self) -> JacobianKind {

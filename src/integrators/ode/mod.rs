@@ -61,6 +61,7 @@ pub use status::Status;
 pub use stepper::Stepper;
 
 use crate::error::Interrupted;
+use crate::integrators::Reason;
 use crate::numerics::linalg::Matrix;
 
 /// The right-hand side of `y' = f(t, y)`.
@@ -87,16 +88,16 @@ pub trait FirstOrderSystem {
         f64::INFINITY
     }
 
-    /// Whether a step between two times, states and derivatives missed an effect that its error estimate does not show, or, if that
-    /// `is_judged`, cannot be correct. Such a step is repeated with half the size.
-    fn is_invalid(
+    /// Why a step between two times, states and derivatives is refused: it missed an effect that its error estimate does not show, or, if
+    /// that `is_judged`, cannot be correct. Such a step is repeated with half the size. Default: none is.
+    fn refusal(
         &mut self,
         _t: [f64; 2],
         _y: [&[f64]; 2],
         _dydt: [&[f64]; 2],
         _is_judged: bool,
-    ) -> Result<bool, Interrupted> {
-        Ok(false)
+    ) -> Result<Option<Reason>, Interrupted> {
+        Ok(None)
     }
 
     /// Rewrites a state and its derivative in coordinates away from their singularities, if necessary. Called

@@ -16,6 +16,7 @@ use super::state::{Advance, State};
 use super::status::Status;
 use super::{FirstOrderSystem, JacobianKind};
 use crate::error::{Interrupted, InvalidInput};
+use crate::integrators::Reason;
 use crate::integrators::chord::{Converged, Iteration, Verdict};
 use crate::numerics::linalg::{ComplexLu, Lu, Matrix, Singular};
 use crate::numerics::memory;
@@ -186,12 +187,14 @@ impl Radau {
             }
             let (t_new, h) = state.step_to(h_abs);
             h_abs = h.abs();
+            state.retries.attempt();
             let Some(newton) = self.solve_stages(state, system, t_new, h)? else {
                 if !self.jacobian_is_finite {
                     return Ok(Advance::Failed(Status::NonFiniteJacobian));
                 }
                 state.counters.rejected += 1;
                 finite = all_finite(&self.f);
+                state.retries.fail(if finite { Reason::NotConverged } else { Reason::NonFinite });
                 h_abs *= DIVERGENCE_FACTOR;
                 continue;
             };
@@ -211,6 +214,7 @@ impl Radau {
                 }
             }
             state.counters.rejected += 1;
+            state.retries.fail(if finite { Reason::Error } else { Reason::NonFinite });
             was_rejected = true;
             h_abs *= if finite { factor.max(SMALLEST_FACTOR) } else { DIVERGENCE_FACTOR };
         }

@@ -4,6 +4,7 @@ use super::FirstOrderSystem;
 use super::options::Tolerances;
 use super::status::Status;
 use crate::description::signal::end_of_step;
+use crate::integrators::{Reason, Retries};
 use crate::numerics::tape::Tape;
 
 /// The cost of an integration.
@@ -45,6 +46,7 @@ pub(super) struct State {
     pub(super) max_step: f64,
     pub(super) min_step: f64,
     pub(super) counters: Counters,
+    pub(super) retries: Retries,
     /// Time at which the problem was found to be stiff.
     pub(super) stiff_at: Option<f64>,
 }
@@ -108,6 +110,7 @@ impl State {
         self.f.copy_from_slice(f_old);
         self.counters.accepted -= 1;
         self.counters.rejected += 1;
+        self.retries.fail(Reason::Event);
     }
 }
 

@@ -9,6 +9,7 @@ use super::state::{Advance, Counters, State};
 use super::status::Status;
 use super::{FirstOrderSystem, initial_step};
 use crate::error::{Interrupted, InvalidInput, Time};
+use crate::integrators::Retries;
 use crate::numerics::memory;
 use crate::numerics::tape::Tape;
 
@@ -89,6 +90,7 @@ impl Stepper {
                 max_step: options.max_step,
                 min_step: options.min_step,
                 counters: Counters::default(),
+                retries: Retries::default(),
                 stiff_at: None,
             },
             scheme,
@@ -345,6 +347,11 @@ impl Stepper {
     /// Cost of the integration so far.
     pub fn counters(&self) -> Counters {
         self.state.counters
+    }
+
+    /// The attempts since the last call.
+    pub(crate) fn take_retries(&mut self) -> Retries {
+        self.state.retries.take()
     }
 
     /// `None` while the integration is running.

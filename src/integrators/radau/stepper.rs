@@ -13,6 +13,7 @@ use crate::integrators::ode::radau_iia::{
 };
 use crate::integrators::ode::{Tolerances, initial_step};
 use crate::integrators::second_order::{Counters, Failure, SecondOrderSystem, Status, steps};
+use crate::integrators::{Reason, Retries};
 use crate::model::rotation_vectors;
 use crate::numerics::hermite::Quintic;
 use crate::numerics::tape::Tape;
@@ -51,6 +52,7 @@ pub struct Stepper {
     last: Option<StepError>,
     tangents_are_wanted: bool,
     counters: Counters,
+    retries: Retries,
     started: bool,
     status: Option<Status>,
 }
@@ -93,6 +95,7 @@ impl Stepper {
             last: None,
             tangents_are_wanted: false,
             counters: Counters::default(),
+            retries: Retries::default(),
             started: false,
             status: None,
         })
@@ -244,6 +247,7 @@ impl Stepper {
         self.status = None;
         self.counters.steps -= 1;
         self.counters.rejected += 1;
+        self.retries.fail(Reason::Event);
     }
 
     /// Goes on from this state, with other constraints; `a` are accelerations, and multipliers behind them.
@@ -320,6 +324,11 @@ impl Stepper {
         self.counters
     }
 
+    /// The attempts since the last call.
+    pub(crate) fn take_retries(&mut self) -> Retries {
+        self.retries.take()
+    }
+
     /// `None` while the integration is running.
     pub fn status(&self) -> Option<Status> {
         self.status
@@ -374,6 +383,10 @@ impl attempts::Stepper for Stepper {
         let Self { t, q, v, a, stages, t_new, unilateral, .. } = self;
         let (t, h) = ([*t, *t_new], *t_new - *t);
         (Ends { t, h, q: [q, &stages.q], v: [v, &stages.v], a: [a, &stages.end] }, unilateral)
+    }
+
+    fn retries(&mut self) -> &mut Retries {
+        &mut self.retries
     }
 
     fn accept<S: SecondOrderSystem + ?Sized>(&mut self, _: &mut S) -> Result<(), Interrupted> {

@@ -14,6 +14,7 @@ use super::super::model::PyModel;
 use super::super::motion::Ticker;
 use super::function::{Function, matrix_of, read_column, read_matrix, read_vector};
 use crate::error::Interrupted;
+use crate::integrators::Reason;
 use crate::integrators::ode::{FirstOrderSystem, JacobianKind, Method};
 use crate::numerics::linalg::Matrix;
 
@@ -221,14 +222,14 @@ impl FirstOrderSystem for PySystem {
         self.rhs.of_model().map_or(f64::INFINITY, |system| system.horizon(t))
     }
 
-    fn is_invalid(
+    fn refusal(
         &mut self,
         t: [f64; 2],
         y: [&[f64]; 2],
         dydt: [&[f64]; 2],
         is_judged: bool,
-    ) -> Result<bool, Interrupted> {
-        self.rhs.of_model_mut().map_or(Ok(false), |system| system.is_invalid(t, y, dydt, is_judged))
+    ) -> Result<Option<Reason>, Interrupted> {
+        self.rhs.of_model_mut().map_or(Ok(None), |system| system.refusal(t, y, dydt, is_judged))
     }
 
     fn rhs(&mut self, t: f64, y: &[f64], dydt: &mut [f64]) -> Result<(), Interrupted> {

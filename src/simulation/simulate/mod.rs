@@ -17,6 +17,7 @@
 mod control;
 mod creep;
 mod growth_errors;
+mod hard_steps;
 mod overloads;
 mod recorder;
 mod runner;
@@ -43,8 +44,10 @@ use crate::simulation::stepping::Run;
 pub use self::control::{Control, Inputs};
 pub use self::creep::{creep, has_friction};
 pub(crate) use self::growth_errors::unstable_equilibrium;
+pub use self::hard_steps::HardStep;
 pub use self::overloads::add_overloads;
 pub use self::slackness::{Slack, slackness};
+pub use crate::integrators::Reason;
 pub use crate::simulation::stepping::{Method, Status};
 
 use crate::simulation::stepping::check_span;
@@ -82,6 +85,8 @@ pub struct Simulation {
     pub n: usize,
     /// Evaluations of the residual up to each of these times, of explicit methods those of the forward dynamics; empty without a model.
     pub evaluations: Vec<usize>,
+    /// The steps that were attempted more than once or converged slowly; empty without a model.
+    pub hard_steps: Vec<HardStep>,
     /// Energy flow out of and into the motion up to each time, integrated along the run.
     pub flow: Flow,
     /// Counts of steps, iterations and evaluations.
@@ -396,7 +401,7 @@ impl Simulation {
 
     /// Final state and records of a run.
     fn of<M: Model>(runner: Runner<'_, '_, M>, status: Status, q0: &[f64]) -> Self {
-        let Runner { mut run, recorder, meter, watch, growth_errors, stop, deepest, .. } = runner;
+        let Runner { mut run, recorder, meter, watch, growth_errors, stop, deepest, hard_steps, .. } = runner;
         let Recorder { t, q, v, a, u, evaluations, .. } = recorder;
         let flow = meter.map_or_else(Flow::default, |meter| meter.into_flow(t.len()));
         let mut message = stop.map_or_else(|| run.explain(status), |stop| stop.message);
@@ -432,6 +437,7 @@ impl Simulation {
             u,
             n: q0.len(),
             evaluations,
+            hard_steps: hard_steps.found,
             flow,
             statistics: Statistics { counters: run.counters(), ..Statistics::default() },
             status,
@@ -475,6 +481,7 @@ impl From<second_order::Solution> for Simulation {
             u: Vec::new(),
             n,
             evaluations: Vec::new(),
+            hard_steps: Vec::new(),
             flow: Flow::default(),
             statistics: Statistics { counters, ..Statistics::default() },
             status: Status::SecondOrder(status),

@@ -2,6 +2,7 @@
 
 use super::control::Control;
 use super::growth_errors::GrowthErrors;
+use super::hard_steps::{BeforeStep, HardSteps};
 use super::recorder::Recorder;
 use super::watch::Watch;
 use crate::error::Interrupted;
@@ -23,6 +24,7 @@ pub(super) struct Runner<'a, 'c, M> {
     pub(super) stop: Option<Stop>,
     /// The overlap with the largest share so far, with its time.
     pub(super) deepest: Option<(f64, Overlap)>,
+    pub(super) hard_steps: HardSteps,
     t_span: (f64, f64),
     control: Option<Control<'c>>,
     has_begun: bool,
@@ -46,6 +48,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
             judges_growth,
             stop,
             deepest: None,
+            hard_steps: HardSteps::default(),
             t_span,
             control,
             has_begun: false,
@@ -138,19 +141,20 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
         is_last: bool,
         monitor: &mut dyn FnMut(f64) -> Result<(), Interrupted>,
     ) -> Result<Status, Interrupted> {
+        let mut before = BeforeStep::new(&self.run);
         loop {
-            let before = self.run.steps();
             let status = self.run.step(monitor)?;
             if let (Some(flow), Some(meter)) = (self.run.take_flow(), &mut self.meter) {
                 self.run.observe(|_, state| meter.jump(state, flow));
             }
             let steps = self.run.steps();
-            if steps > before {
+            if steps > before.steps() {
                 // Before another interval, accelerations and inputs of this state are recorded after the
                 // controller's call.
                 let is_followed = !is_last && status.is_some_and(Status::is_success);
                 // Before other shapes than that at the end of the step are evaluated.
-                self.record_deepest_overlap()?;
+                let overlap = self.record_deepest_overlap()?;
+                before = self.hard_steps.record(&mut self.run, &before, overlap);
                 let is_finite = self.recorder.record(&mut self.run, !is_followed)?;
                 let Self { run, meter, watch, growth_errors, stop, .. } = self;
                 if let Some(meter) = meter {
@@ -174,17 +178,22 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
                 }
             }
             if let Some(status) = status {
+                if steps == before.steps() && !status.is_success() {
+                    // The step that could not be made.
+                    let overlap = self.record_deepest_overlap()?;
+                    self.hard_steps.record(&mut self.run, &before, overlap);
+                }
                 return Ok(status);
             }
         }
     }
 
-    /// Records the deepest overlap.
-    fn record_deepest_overlap(&mut self) -> Result<(), Interrupted> {
+    /// Records the deepest overlap, and returns that of the current state.
+    fn record_deepest_overlap(&mut self) -> Result<Option<Overlap>, Interrupted> {
         let Self { run, deepest, .. } = self;
         run.observe(|model, state| {
             if !(model.facts().has_contact && model.may_touch()) {
-                return Ok(());
+                return Ok(None);
             }
             if model.facts().varies_in_time {
                 model.set_time(state.t)?;
@@ -195,7 +204,7 @@ impl<'a, 'c, M: Model> Runner<'a, 'c, M> {
             {
                 *deepest = Some((state.t, found));
             }
-            Ok(())
+            Ok(found)
         })
     }
 }

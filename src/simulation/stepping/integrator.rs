@@ -6,6 +6,7 @@ use super::rebounds::resolved_loss;
 use super::status::Status;
 use crate::description::signal::Cell;
 use crate::error::{Checker, Interrupted, InvalidInput, Number};
+use crate::integrators::Retries;
 use crate::integrators::attempts::Remedy;
 use crate::integrators::newmark;
 use crate::integrators::newmark::Lengths;
@@ -402,6 +403,15 @@ impl<M: Model> Integrator<M> {
                 let steps = accepted;
                 Counters { steps, rejected, nfev, nfev_jacobian, njev, nlu, ..Counters::default() }
             }
+        }
+    }
+
+    /// The attempts since the last call.
+    pub(super) fn take_retries(&mut self) -> Retries {
+        match self {
+            Self::Newmark { stepper, .. } => stepper.take_retries(),
+            Self::Radau { stepper, .. } => stepper.take_retries(),
+            Self::FirstOrder { stepper, .. } => stepper.take_retries(),
         }
     }
 

@@ -943,7 +943,7 @@ _UNMADE = """
 AccuracyWarning ActuateResult ContinuationResult ConvergenceError
 CriticalPoint CurveResult DenseOutput Energy EnsembleResult EquilibriaResult EquilibriumPath FitResult
 FittedData JacobianCheck SensitivityResult EquilibriumSensitivityResult LissomError Model ModesResult
-MotionResult
+MotionResult HardSteps
 OdeResult OdeSolver Overlap ReachResult RootResult Scene SceneError SceneProblem Section
 SimulationSettings SpaceError StaticsResult Statistics
 """

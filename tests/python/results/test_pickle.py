@@ -64,6 +64,7 @@ RESULTS = {
     "simulate, failed at once": lambda: lissom.simulate(ROD, 1.0, dt=1e-2, max_steps=0),
     "newmark": lambda: lissom.newmark(lambda t, q, v, a: a + q, (0.0, 1.0), [1.0], [0.0], dt=0.1),
     "Balance": lambda: lissom.simulate(ROD, 0.05).balance,
+    "HardSteps": lambda: lissom.simulate(ROD, 0.05, method="radau").hard_steps,
     "Statistics": lambda: lissom.simulate(ROD, 0.05, method="auto", rtol=1e-2).stats,
     "solve_ivp": lambda: lissom.solve_ivp(lambda t, y: -y, (0.0, 1.0), [1.0, 2.0]),
     "solve_ivp, all": lambda: lissom.solve_ivp(
@@ -266,12 +267,14 @@ def test_modes_that_a_scene_left_open_are_not_chosen_again():
 
 def test_nonsense_is_not_restored():
     result = lissom.simulate(ROD, 0.05)
-    restore, (states, flow, outcome, model, deepest, evaluations) = result.__reduce__()
+    restore, (states, flow, outcome, model, deepest, evaluations, hard) = result.__reduce__()
     assert deepest is None
     assert list(evaluations) == list(result.evaluations)
     # Records of older versions have no deepest overlap.
     assert restore(states, flow, outcome, model).deepest is None
     assert restore(states, flow, outcome, model, deepest).evaluations is None
+    assert restore(states, flow, outcome, model, deepest, evaluations).hard_steps is None
+    assert len(restore(states, flow, outcome, model, deepest, evaluations, hard).hard_steps) == 0
     with pytest.raises(ValueError, match="evaluations: got 2, expected one for each time"):
         restore(states, flow, outcome, model, deepest, [1, 2])
     t, q, v, u, a = states
@@ -286,6 +289,7 @@ def test_nonsense_is_not_restored():
         (states, ([0.0], flow[1]), outcome, model),
         (states, flow, outcome, pendulum),
         (states, flow, outcome, model, 0.1),
+        (states, flow, outcome, model, deepest, evaluations, [0.1]),
     ]
     for arguments in wrong:
         with pytest.raises((ValueError, TypeError)):

@@ -144,6 +144,7 @@ def build_result(result: MotionResult, title: str, visuals: Sequence[Visual] = (
     counters = {name: getattr(result.stats, name) for name in COUNTERS}
     rows = [("message", result.message), ("run time", text.quantity(result.stats.wall_time, "s"))]
     rows += [(COUNTERS[name], f"{count:,}") for name, count in counters.items() if count]
+    rows += text.hard_steps(result)
     return page.Page(
         title=title,
         lead=f"{made.view.title}, {result.model.n} generalised coordinates, {time} s.",

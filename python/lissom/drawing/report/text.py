@@ -12,6 +12,7 @@ from ..._lissom import AccuracyWarning, MotionResult, Scene, Statistics, simulat
 from ...analysis.limits import exceeded_by_motion
 from ...model.starts import has_contacts, has_loops
 from ...model.views import SECTIONS_PER_SEGMENT, Coordinate, view
+from ...results.hard_steps import where_spent
 from ...results.runs import COUNTERS, MAX_SHAPES, NO_ENERGIES, Made, Run, in_words_of_a_scene
 from ...results.runs import statistics as numbers
 from . import loops, motion
@@ -157,11 +158,18 @@ def statistics(run: Run) -> list[tuple[str, str]]:
         ("run time", quantity(run.motion.stats.wall_time, "s")),
     ]
     rows += [(COUNTERS[name], f"{count:,}") for name, count in found["counters"].items() if count]
+    rows += hard_steps(run.motion)
     rows += [
         ("energy drift", drift(run)),
         ("message", found["message"]),
     ]
     return rows
+
+
+def hard_steps(motion: MotionResult) -> list[tuple[str, str]]:
+    """A row that says which steps take much of the work, if few do."""
+    spent = where_spent(motion)
+    return [] if spent is None else [("hard steps", spent)]
 
 
 def tolerances(run: Run) -> tuple[str, str]:
@@ -289,6 +297,7 @@ def summary(run: Run) -> list[tuple[str, str]]:
     if settings.method == "auto":
         rows.append(tolerances(run))
     rows += [(COUNTERS[name], f"{counters[name]:,}") for name in SHOWN_COUNTERS if counters[name]]
+    rows += hard_steps(run.motion)
     pace_of = found["times_real_time"]
     time = quantity(run.motion.stats.wall_time, "s")
     rows.append(("run time", f"{time}, {pace(pace_of)} real time" if pace_of else time))

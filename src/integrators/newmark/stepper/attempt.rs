@@ -8,6 +8,7 @@ use super::super::scheme::{SLOWED, Step, memory, stretch};
 use super::super::trial::Trial;
 use super::{Guess, Lengths, StepperOf};
 use crate::error::Interrupted;
+use crate::integrators::Retries;
 use crate::integrators::attempts::{Ends, Stepper, Unilateral};
 use crate::integrators::second_order::{
     Failure, SecondOrderSystem, Solved, constrained_start, model_at, model_of,
@@ -338,6 +339,10 @@ impl<V: Numbers> Stepper for StepperOf<V> {
         let Self { t, q, v, a, trial, size, unilateral, .. } = self;
         let ends = Ends { t: [*t, trial.t], h: *size, q: [q, &trial.q], v: [v, &trial.v], a: [a, &trial.a] };
         (ends, unilateral)
+    }
+
+    fn retries(&mut self) -> &mut Retries {
+        &mut self.retries
     }
 
     fn accept<S: SecondOrderSystem + ?Sized>(&mut self, system: &mut S) -> Result<(), Interrupted> {

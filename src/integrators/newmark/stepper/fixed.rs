@@ -74,6 +74,7 @@ impl<V: Numbers> Fixed for StepperOf<V> {
             return;
         }
         start.counters = Counters { steps: start.counters.steps, ..self.counters };
+        start.retries = self.retries;
         std::mem::swap(&mut self.corrector, &mut start.corrector);
         *self = start;
     }

@@ -7,6 +7,7 @@ use super::{Lengths, StepperOf};
 use crate::error::{Interrupted, InvalidInput};
 use crate::integrators::attempts::{Fixed as _, Remedy, ResolvedLoss, Unilateral};
 use crate::integrators::second_order::{Counters, SecondOrderSystem, Status};
+use crate::integrators::{Reason, Retries};
 use crate::numerics::tape::Tape;
 
 /// An integration performed step by step. All memory is allocated by the time the initial accelerations are
@@ -134,6 +135,7 @@ impl Stepper {
         stepper.end_parts(before, false);
         stepper.forget();
         stepper.counters.rejected += 1;
+        stepper.retries.fail(Reason::Event);
     }
 
     /// Replaces the current accelerations after a jump of forces.
@@ -171,7 +173,7 @@ impl Stepper {
         of_kind!(&mut self.0, stepper => stepper.end_instead(motion, touches));
     }
 
-    /// Adds the cost of evaluations outside.
+    /// Adds the cost of a motion that resolves the impact of the last step.
     pub(crate) fn add_work(&mut self, work: &Counters) {
         of_kind!(&mut self.0, stepper => stepper.add_work(work));
     }
@@ -226,6 +228,11 @@ impl Stepper {
     /// Cost of the integration so far.
     pub fn counters(&self) -> Counters {
         of_kind!(&self.0, stepper => stepper.counters)
+    }
+
+    /// The attempts since the last call.
+    pub(crate) fn take_retries(&mut self) -> Retries {
+        of_kind!(&mut self.0, stepper => stepper.retries.take())
     }
 
     /// Accepted steps so far.

@@ -18,6 +18,7 @@ use crate::integrators::attempts::{Remedy, Unilateral};
 use crate::integrators::second_order::{
     Counters, Grid, SecondOrderSystem, Status, constrained_start, model_of, number_of_steps,
 };
+use crate::integrators::{Reason, Retries};
 use crate::model::rotation_vectors;
 use crate::numerics::hermite::cubic;
 use crate::numerics::tape::Tape;
@@ -93,6 +94,7 @@ struct StepperOf<V> {
     /// Whether the trial step may have another size than the next one: adaptive steps, and parts of steps with corners.
     changes_size: bool,
     counters: Counters,
+    retries: Retries,
     /// Whether the trial is without memory, and whether its loads are those of the middle of its step.
     forgets: bool,
     lags: bool,
@@ -155,6 +157,7 @@ impl<V: Numbers> StepperOf<V> {
             fixed_steps: number_of_steps(t_end - t0, options.dt),
             changes_size: options.step_size != StepSize::Fixed,
             counters: Counters::default(),
+            retries: Retries::default(),
             forgets: false,
             lags: false,
             is_after_jump: false,
@@ -346,11 +349,13 @@ impl<V: Numbers> StepperOf<V> {
         self.unilateral.resolve(touches);
     }
 
-    /// Adds the cost of evaluations outside.
+    /// Adds the cost of a motion that resolves the impact of the last step.
     fn add_work(&mut self, work: &Counters) {
         self.counters.nfev += work.nfev;
         self.counters.njev += work.njev;
         self.counters.nlu += work.nlu;
+        self.retries.attempt();
+        self.retries.fail(Reason::Impact);
     }
 
     /// Writes or reads the state that persists between steps.

@@ -13,6 +13,7 @@ use super::status::{Status, Stop};
 use super::unstable_vibrations::UnstableVibrations;
 use crate::description::signal::{Jumps, covers};
 use crate::error::{Interrupted, InvalidInput, Number, Time};
+use crate::integrators::Retries;
 use crate::integrators::attempts::Remedy;
 use crate::integrators::newmark::Lengths;
 use crate::integrators::ode;
@@ -549,6 +550,11 @@ impl<M: Model> Run<M> {
     /// Cost of the run so far.
     pub fn counters(&self) -> Counters {
         self.integrator.counters()
+    }
+
+    /// The attempts since the last call.
+    pub(crate) fn take_retries(&mut self) -> Retries {
+        self.integrator.take_retries()
     }
 
     /// Why the motion so far may be wrong although all steps were made: energy that fixed steps add or lose, as long as inputs are
