@@ -86,19 +86,7 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
         Kind::Array(items, count) => {
             json!({ "type": "array", "items": of_kind(items, limits, found), "minItems": count, "maxItems": count })
         }
-        // A file has a layer of rows.
-        Kind::List(layer @ Kind::List(Kind::List(_))) => {
-            json!({ "type": "array", "items": of_kind(layer, limits, found) })
-        }
-        Kind::List(items) => {
-            let array = |items| json!({ "type": "array", "items": items });
-            let array = array(match items {
-                // A file has all rows.
-                Kind::List(inner) => array(of_kind(inner, limits, found)),
-                items => of_kind(items, limits, found),
-            });
-            if holds_numbers(items) { json!({ "anyOf": [array, in_file(found)] }) } else { array }
-        }
+        Kind::List(items) => of_list(items, limits, found),
         Kind::OneOrEach(count) => any_of(&[Kind::Number, Kind::Array(&Kind::Number, *count)], limits, found),
         Kind::AtRestOrEach(count) => {
             let [two, each] = [2, *count].map(|count| Kind::Array(&Kind::Number, count));
@@ -149,6 +137,18 @@ fn of_kind(kind: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json 
             json!({ "$ref": format!("#/definitions/{name}") })
         }
     }
+}
+
+/// A list of values of this kind, which may be in a file if they are numbers or rows of them.
+fn of_list(items: &Kind, limits: &Limits, found: &mut Map<String, Json>) -> Json {
+    let array = |items| json!({ "type": "array", "items": items });
+    let whole = array(match items {
+        // A file has all rows of a layer.
+        Kind::List(Kind::List(_)) => return array(of_kind(items, limits, found)),
+        Kind::List(inner) => array(of_kind(inner, limits, found)),
+        items => of_kind(items, limits, found),
+    });
+    if holds_numbers(items) { json!({ "anyOf": [whole, in_file(found)] }) } else { whole }
 }
 
 fn holds_numbers(kind: &Kind) -> bool {

@@ -97,11 +97,13 @@ def test_a_sensitivity_is_as_accurate_as_asked():
 
 
 def test_values_far_from_the_first_ones_are_doubted():
-    runs = AccurateRuns(arm(1.0), 4.0, {"q0": [0.9], "dt": 0.05}, lissom.methods.Auto(rtol=1e-3)).chosen()
-    sentence, doubt = runs.verdict(arm(1.05), q0=[0.9])
+    # The spring of the first values holds the rod; with a soft one it stands upside down, and falls.
+    start = {"q0": [3.1], "dt": 0.05}
+    runs = AccurateRuns(arm(1e3), 8.0, start, lissom.methods.Auto(rtol=1e-3)).chosen()
+    sentence, doubt = runs.verdict(arm(10.0, 0.0), q0=[3.1])
     assert "1e-03 was asked for" in sentence
     assert not doubt
-    _, doubt = runs.verdict(arm(1e6, 0.0), q0=[0.9])
+    _, doubt = runs.verdict(arm(0.01, 0.0), q0=[3.1])
     assert doubt.startswith(
         "The steps were chosen for the first values; with the fitted ones the time error is"
     )
