@@ -166,6 +166,7 @@ impl<T: Fixed, S: SecondOrderSystem + ?Sized> FallbackSteps<'_, T, S> {
 
     /// Makes a step with an impact in parts by the scheme of the method. Returns whether they could be made; if not, the step has not begun.
     fn follow(&mut self, impact: FollowedImpact, t_new: f64) -> Result<bool, Interrupted> {
+        self.stepper.retries().fail(Reason::Impact);
         self.unilateral().followed = Some(impact);
         let is_made = self.in_parts(t_new, Memory::Kept, impacts::MOST_HALVINGS)?.is_ok();
         let unilateral = self.unilateral();
