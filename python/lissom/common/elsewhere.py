@@ -58,7 +58,6 @@ NAMES: Mapping[str, str] = {
     "Floor": "HalfSpace",
     "Ground": "HalfSpace",
     "Cylinder": "Capsule",
-    "Mesh": "ConvexMesh",
     "Hinge": "Revolute",
     "Slider": "Prismatic",
     "Fixed": "Weld",

@@ -16,6 +16,9 @@ from lissom.drawing.report.parameters import build
 
 mpl.use("Agg")
 
+# Two modes of bending are few: the data are shapes of the same rod.
+pytestmark = pytest.mark.filterwarnings("ignore:The finite number of modes:lissom.AccuracyWarning")
+
 MODULUS, TIME = "segments[0].young_modulus", "segments[0].retardation_time"
 
 
