@@ -97,3 +97,19 @@ def test_an_edge_is_named_and_a_face_is_not(half_length, is_edge):
     assert (deepest.normal[2] < 0.9999) == is_edge
     assert ("on an edge" in failed.message) == is_edge
     assert 'contact "table" overlaps most' in failed.message
+
+
+def test_the_loop_that_holds_is_named():
+    bar = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=(0.01, 0.1, 0.1))
+    hinge = lissom.Revolute((0, 1, 0))
+    links = [
+        lissom.Link("upper", joint=hinge, body=bar),
+        lissom.Link("lower", parent="upper", position=(1, 0, 0), joint=hinge, body=bar),
+    ]
+    ends = lissom.LoopEnd("lower", position=(1, 0, 0)), lissom.LoopEnd(None, position=(1.9999, 0, 0))
+    robot = lissom.Robot(links, loops=[lissom.Loop(*ends, hinge)], gravity=(0, 0, -9.81))
+    start = {"q0": [-0.01, 0.02]}
+    failed = lissom.simulate(robot, 2.0, method="radau", min_step=0.05, rtol=1e-9, **start)
+    assert failed.status == "step_too_small"
+    assert 'The loop between "lower" and the world (loops[0]) holds there' in failed.message
+    assert "loop" not in lissom.simulate(robot, 0.01, dt=1e-3, **start).message

@@ -103,7 +103,11 @@ impl InContact for RobotModel {
             let (number, touches) = touches.find(|(_, touches)| !touches.is_empty()).unwrap_or_default();
             said += &contact::advice::advice(&self.robot, &touches, number > 0, deepest, !failed.is_empty());
         }
-        said + &self.advice_on_stops(failed) + &self.advice_on_tendons(failed)
+        said = said + &self.advice_on_stops(failed) + &self.advice_on_tendons(failed);
+        match failed.first() {
+            Some(q) => self.advice_on_loops(q, !said.is_empty()) + &said,
+            None => said,
+        }
     }
 
     fn shifts_of_contact(&mut self, q: &[f64]) -> Matrix {

@@ -1,10 +1,64 @@
 //! Constraints of a robot.
 
 use super::{AnySweeps, LARGEST_GAP, RobotModel};
+use crate::model::constraint::forget_unmoved;
 use crate::model::constraint::one_sided::{ACTIVATION_EXCESS, TAUT};
-use crate::model::{InvalidShape, OneSided, Switch, Tied};
-use crate::numerics::linalg::Matrix;
+use crate::model::{Constraint, InvalidShape, OneSided, Switch, Tied};
+use crate::numerics::linalg::{Matrix, symmetric_eigen};
 use crate::robot::sweeps::WidestGap;
+
+/// Loops whose constraints leave a combination of their rows shorter than this, of rows of length one, are near a singular position.
+const NEARLY_DEPENDENT: f64 = 3e-2;
+
+impl RobotModel {
+    /// Names the closed loop that is nearest to a singular position in this shape, or, if nothing else is known to hold there, the one whose
+    /// rows depend most on others.
+    pub(super) fn advice_on_loops(&mut self, q: &[f64], is_held: bool) -> String {
+        let Some((closed, margin)) = self.most_dependent_loop(q) else { return String::new() };
+        let joined = &self.facts.loops[closed];
+        if margin < NEARLY_DEPENDENT {
+            return format!(
+                " The loop between {joined} (loops[{closed}]) is near a singular position there, in which it locks or can go on in several \
+                 ways: begin beside it, or take `method=\"generalised_alpha\"`, whose steps pass it."
+            );
+        }
+        if is_held {
+            return String::new();
+        }
+        format!(
+            " The loop between {joined} (loops[{closed}]) holds there: where its force (`loop_forces`) grows without bound, the mechanism is at \
+             the end of its travel, or loops contradict each other."
+        )
+    }
+
+    /// The loop whose constraints depend most on each other and on those of others, and how far they are from that; `None` without loops.
+    fn most_dependent_loop(&mut self, q: &[f64]) -> Option<(usize, f64)> {
+        let (n, rows) = (self.facts.n, self.facts.constraints());
+        if rows == 0 || !q.iter().all(|q| q.is_finite()) {
+            return None;
+        }
+        let mut jacobian = Matrix::zeros(rows, n);
+        self.gap_jacobian(q, &mut jacobian);
+        forget_unmoved(&mut jacobian, &self.facts.typical_coordinates, &self.facts.gap_sizes);
+        for (mut column, size) in jacobian.column_iter_mut().zip(&self.facts.typical_coordinates) {
+            column *= *size;
+        }
+        let constraints = on_sweeps!(&self.sweeps, sweeps => sweeps.plan().effects.loops.constraints.clone());
+        let kept: Vec<usize> = (0..rows).filter(|&row| jacobian.row(row).norm() > 0.0).collect();
+        let units: Vec<_> = kept.iter().map(|&row| jacobian.row(row).normalize()).collect();
+        let gram = Matrix::from_fn(kept.len(), kept.len(), |i, j| units[i].dot(&units[j]));
+        let (values, vectors) = symmetric_eigen(&gram)?;
+        let (least, value) = values.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        let mut shares = vec![0.0; self.facts.loops.len()];
+        for (&row, share) in kept.iter().zip(vectors.column(least).iter()) {
+            if let Constraint::Loop(closed) = constraints[row] {
+                shares[closed] += share * share;
+            }
+        }
+        let (closed, share) = shares.iter().enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+        (*share > 0.0).then(|| (closed, value.max(0.0).sqrt()))
+    }
+}
 
 impl Tied for RobotModel {
     fn set_multipliers(&mut self, multipliers: &[f64]) {
