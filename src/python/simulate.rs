@@ -605,20 +605,27 @@ fn run(
     let stopped =
         chosen.map_or(Ok(()), |chosen| chosen.raised.as_ref().copied().map_err(|error| error.clone_ref(py)));
     let raised = stopped.and(raised_by_control.into_result()).and(raised.into_result());
-    let is_looked_at = |model: &dyn Native| {
-        model.robot().is_some_and(|robot| !robot.actuators.is_empty() || has_friction(robot))
-    };
-    let slack = moved.get().inspect(is_looked_at).then(|| {
-        let mut model = moved.get().native();
-        py.detach(|| model.robot_model().map(|robot| of_tendons_and_friction(robot, &mut simulation)))
-    });
+    let slack = slack_in(py, moved.get(), &mut simulation);
     // The first exception raised by a function of time is the most informative one.
-    let (raised, slack) = match (raised, or_raised(slack.flatten().unwrap_or(Ok(Vec::new())))) {
+    let (raised, slack) = match (raised, slack) {
         (Ok(()), Ok(slack)) => (Ok(()), slack),
         (Err(error), slack) => (Err(error), slack.unwrap_or_default()),
         (Ok(()), Err(error)) => (Err(error), Vec::new()),
     };
     finish(py, simulation, &slack, Some(moved), raised)
+}
+
+/// Slack tendons of a motion, to which a doubt about friction and forces that were absurd are added; none of models that have neither
+/// actuators nor friction.
+fn slack_in(py: Python<'_>, model: &PyModel, simulation: &mut Simulation) -> PyResult<Vec<Slack>> {
+    let is_looked_at = |model: &dyn Native| {
+        model.robot().is_some_and(|robot| !robot.actuators.is_empty() || has_friction(robot))
+    };
+    let slack = model.inspect(is_looked_at).then(|| {
+        let mut model = model.native();
+        py.detach(|| model.robot_model().map(|robot| of_tendons_and_friction(robot, simulation)))
+    });
+    or_raised(slack.flatten().unwrap_or(Ok(Vec::new())))
 }
 
 /// Adds what the message of a motion says of the modes that were chosen for it.

@@ -143,22 +143,8 @@ pub(super) fn value_of(
         }
         Kind::List(Kind::List(Kind::List(_))) => layers_of(object, name),
         Kind::List(rows) => rows_of(object, name, rows),
-        Kind::OneOrEach(count) => match convert::scalar_or_vector(object, name)? {
-            (values, true) => Ok(Value::Number(values[0])),
-            (values, false) if values.len() == *count => Ok(numbers(values)),
-            (values, false) => {
-                let found = values.len();
-                Err(PyValueError::new_err(format!("{name}: expected {count} values, got {found}")))
-            }
-        },
-        Kind::AtRestOrEach(count) => match convert::scalar_or_vector(object, name)? {
-            (values, true) => Ok(Value::Number(values[0])),
-            (values, false) if [2, *count].contains(&values.len()) => Ok(numbers(values)),
-            (values, false) => {
-                let found = values.len();
-                Err(PyValueError::new_err(format!("{name}: expected 2 or {count} values, got {found}")))
-            }
-        },
+        Kind::OneOrEach(count) => one_or_some(object, name, &[*count]),
+        Kind::AtRestOrEach(count) => one_or_some(object, name, &[2, *count]),
         Kind::OneOrMany => Ok(match convert::scalar_or_vector(object, name)? {
             (values, true) => Value::Number(values[0]),
             (values, false) => numbers(values),
@@ -198,6 +184,20 @@ pub(super) fn value_of(
             (true, _) => Arc::new(Drive(signal_of::<3>(object, name, functions)?)),
         })),
     }
+}
+
+/// A number, or one of these numbers of them.
+fn one_or_some(object: &Bound<'_, PyAny>, name: &str, counts: &[usize]) -> PyResult<Value> {
+    let (values, is_one) = convert::scalar_or_vector(object, name)?;
+    if is_one {
+        return Ok(Value::Number(values[0]));
+    }
+    let found = values.len();
+    if counts.contains(&found) {
+        return Ok(numbers(values));
+    }
+    let counts: Vec<_> = counts.iter().map(usize::to_string).collect();
+    Err(PyValueError::new_err(format!("{name}: expected {} values, got {found}", counts.join(" or "))))
 }
 
 /// A vector of this number of entries.

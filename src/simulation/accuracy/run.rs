@@ -55,7 +55,7 @@ const STATES: usize = 4;
 const SHOWN: usize = 1000;
 
 /// Status name of runs with too many steps, for methods of first and of second order.
-const TOO_MANY_STEPS: &str = "too_many_steps";
+pub(super) const TOO_MANY_STEPS: &str = "too_many_steps";
 
 /// Status name of explicit runs that would need too many steps.
 const STIFF: &str = "stiff";

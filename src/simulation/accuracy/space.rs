@@ -5,7 +5,7 @@ use super::inputs::Given;
 use super::missing::{by_nodes, finer};
 use super::paths::{distances, largest};
 use super::request::Request;
-use super::run::{Plan, Run, TIGHTENING, first_tolerance};
+use super::run::{Plan, Run, TIGHTENING, TOO_MANY_STEPS, first_tolerance};
 use crate::error::{Interrupted, InvalidInput};
 use crate::model::Model;
 use crate::simulation::simulate::Status;
@@ -40,6 +40,11 @@ const CHANGE_THAT_NEEDS_NODES: f64 = 0.3;
 /// A space error above what was asked that forces and linear responses explain to this part needs no second run of the finer model.
 const EXPLAINED_PART: f64 = 0.5;
 
+/// A run of the finer model may take this many times the steps of the run, and this number in any case. Wires that lie on obstacles wriggle
+/// in ever shorter waves as modes are added.
+const MOST_STEPS: f64 = 4.0;
+const FREE_STEPS: f64 = 1000.0;
+
 /// Adds the space error to a run, or the reason why it is unknown. If the bound by forces is larger than what was
 /// asked, simulates a finer model, with the method that suits that model, only as accurately as needed to distinguish errors
 /// of modes from errors of steps.
@@ -70,11 +75,8 @@ pub(super) fn add_error<M: Model + Clone>(
         &finer.frequencies,
         finer.estimate.by_deflection,
     );
-    if let Some(error) = finer.estimate.bound(late).filter(|&error| error <= wanted) {
-        add_space_error(run, error, wanted);
-        return Ok(());
-    }
-    if let Some(error) = finer.estimate.beyond(wanted, late) {
+    let bound = finer.estimate.bound(late).filter(|&error| error <= wanted);
+    if let Some(error) = bound.or_else(|| finer.estimate.beyond(wanted, late)) {
         add_space_error(run, error, wanted);
         return Ok(());
     }
@@ -93,8 +95,9 @@ pub(super) fn add_error<M: Model + Clone>(
     let is_large = finer.estimate.bound(late).is_none_or(|bound| TYPICAL_ERROR * bound > COARSE_TOLERANCE);
     let shows = (finer.estimate.finds / (SIGNIFICANT_FACTOR * part)).min(LOOSEST);
     let mut tolerance = fit.max(shows).max(if is_large { COARSE_TOLERANCE } else { 0.0 });
+    let most_steps = plan.request.max_steps.min((MOST_STEPS * run.steps()).max(FREE_STEPS) as usize);
     let error = loop {
-        let request = Request { rtol: tolerance, ..plan.request };
+        let request = Request { rtol: tolerance, max_steps: most_steps, ..plan.request };
         let known = Some(&plan.following);
         let given = Given { start: [&q0, &v0], ..plan.given };
         let fine = Plan::new(&mut model, given, request, known, monitor)?;
@@ -104,7 +107,7 @@ pub(super) fn add_error<M: Model + Clone>(
                 run.interrupt();
                 return Ok(());
             }
-            return unknown(run, "the run with more modes failed");
+            return unknown(run, why_failed(&other));
         }
         let apart = largest(&distances(&other.tips, &run.tips)) / plan.model.facts().length;
         let error = finer.estimate.error(apart);
@@ -120,6 +123,15 @@ pub(super) fn add_error<M: Model + Clone>(
     };
     add_space_error(run, error, wanted);
     Ok(())
+}
+
+/// Why a run of the finer model tells nothing.
+fn why_failed(finer: &Run) -> &'static str {
+    if finer.simulation.status.name() == TOO_MANY_STEPS {
+        "a model with more modes takes far more steps; simulate one and compare"
+    } else {
+        "the run with more modes failed"
+    }
 }
 
 /// Adds the space error to a run, with a sentence about it.
