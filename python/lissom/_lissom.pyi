@@ -941,8 +941,28 @@ class Contact(Part):
     __match_args__ = ("a", "b")
     def __init__(
         self,
-        a: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube | DistanceGrid | Mesh,
-        b: str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube | DistanceGrid | Mesh,
+        a: str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh,
+        b: str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh,
         *,
         stiffness: float | Literal["material"] | None = None,
         dissipation: float = 1.0,
@@ -956,11 +976,35 @@ class Contact(Part):
     @property
     def a(
         self,
-    ) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube | DistanceGrid | Mesh: ...
+    ) -> (
+        str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh
+    ): ...
     @property
     def b(
         self,
-    ) -> str | Ball | HalfSpace | Sphere | Capsule | Box | HeightField | ConvexMesh | Tube | DistanceGrid | Mesh: ...
+    ) -> (
+        str
+        | Ball
+        | HalfSpace
+        | Sphere
+        | Capsule
+        | Box
+        | HeightField
+        | ConvexMesh
+        | Tube
+        | DistanceGrid
+        | Mesh
+    ): ...
     @property
     def stiffness(self) -> float | Literal["material"] | None: ...
     @property

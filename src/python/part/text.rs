@@ -235,7 +235,9 @@ pub(super) fn stub_of(schema: &Schema, is_compiled: bool) -> String {
         if is_compiled { ["__new__", "cls", "Self"] } else { ["__init__", "self", "None"] };
     let mut text = format!("    def {name}(\n        {this},\n");
     for argument in arguments(schema, true) {
-        _ = writeln!(text, "        {argument},");
+        let line = format!("        {argument},");
+        let line = if line.len() > LINE { line.replace(" | ", "\n        | ") } else { line };
+        _ = writeln!(text, "{line}");
     }
     _ = writeln!(text, "    ) -> {made}: ...");
     for field in schema.fields {
@@ -245,9 +247,14 @@ pub(super) fn stub_of(schema: &Schema, is_compiled: bool) -> String {
         };
         let line = format!("    def {}(self) -> {kind}: ...", field.name);
         // As the formatter breaks it.
-        let line = match line.len() > LINE {
-            true => line.replace("(self)", "(\n        self,\n    )"),
-            false => line,
+        let end = format!("    ) -> {kind}: ...");
+        let line = if line.len() <= LINE {
+            line
+        } else if end.len() <= LINE {
+            line.replace("(self)", "(\n        self,\n    )")
+        } else {
+            let each = kind.replace(" | ", "\n        | ");
+            format!("    def {}(\n        self,\n    ) -> (\n        {each}\n    ): ...", field.name)
         };
         _ = writeln!(text, "    @property\n{line}");
     }

@@ -254,6 +254,26 @@ def test_a_mesh_that_is_not_convex_has_the_distances_of_brute_force():
     assert_allclose([overlap(other, place) for place in places], found, rtol=1e-9)
 
 
+CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+CUBE_FACES = [
+    *([0, 1, 3], [0, 3, 2], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4]),
+    *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 3, 7], [1, 7, 5]),
+]
+
+
+@pytest.mark.parametrize(("cells", "most"), [(1, 0.15), (2, 0.05), (3, 0.04)])
+def test_walls_of_two_cells_are_met(cells, most):
+    """A plate across a grid whose axes are turned."""
+    cell, turn = 0.02, Rotation.from_rotvec([0.4, 0.3, 0.2])
+    half = 0.5 * cells * cell
+    plate = Mesh(turn.apply(CUBE * [0.2, 0.2, half]), CUBE_FACES, cell)
+    robot = ball_on(plate, stiffness=1.0)
+    beside = np.random.default_rng(0).uniform(-0.12, 0.12, (60, 2))
+    places = turn.apply(np.column_stack([beside, np.full(60, half + 0.03)]))
+    errors = np.array([overlap(robot, place) for place in places]) - 0.02
+    assert np.abs(errors).max() < most * cell
+
+
 def test_explanations_have_the_rounding_of_edges():
     points, faces = ring_mesh()
     text = str(ball_on(Mesh(points, faces, 0.008), stiffness=1.0).explain())

@@ -10,7 +10,7 @@ use super::distance::Distance;
 use super::tricubic::{Local, Tricubic};
 use crate::numerics::lie::{Symmetric, Vector};
 
-/// Maximum number of Newton steps; from a cell that contains a nearest place they are 3 to 6.
+/// Maximum number of Newton steps, far more than a start in the cell of a nearest place takes.
 const MOST_STEPS: usize = 30;
 
 /// The iteration ends with steps below this part of the spacing, after which the error is its square.
