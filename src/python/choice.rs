@@ -69,16 +69,18 @@ pub(super) fn for_vibrations<'py>(
     })
 }
 
-/// Chooses the modes of a robot for its motion from rest.
+/// Chooses the modes of a robot for its motion from rest, with these inputs.
 pub(super) fn for_motion<'py>(
     model: &Bound<'py, PyModel>,
     t_span: (f64, f64),
     (rtol, dt): (f64, f64),
+    u: Option<&[f64]>,
     limit: &mut TimeLimit,
 ) -> PyResult<Chosen<'py>> {
     let dt = if t_span.1 > t_span.0 { dt.min(t_span.1 - t_span.0) } else { dt };
     let request = accuracy::Request::new(rtol, dt);
-    chosen(model, accuracy::Purpose::Motion(t_span), request, Some(limit))
+    let purpose = u.map_or(accuracy::Purpose::Motion(t_span), |u| accuracy::Purpose::Held(t_span, u));
+    chosen(model, purpose, request, Some(limit))
 }
 
 /// A valid request.

@@ -179,7 +179,13 @@ pub(crate) fn simulate<'py>(
     let model = any_model_of(model, "model")?;
     let mut limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
     let chosen = match model.get().is_open() {
-        true => Some(choose(model, (t0, t_end), (&method, rtol, dt), [q0, v0], &mut limit)?),
+        true if control.is_some() => {
+            return Err(PyValueError::new_err(
+                "control: the modes are open, and what a controller will give is not known when they are chosen: choose the modes before \
+             with `lissom.choose_modes`",
+            ));
+        }
+        true => Some(choose(model, (t0, t_end), (&method, rtol, dt), ([q0, v0], u), &mut limit)?),
         false => None,
     };
     let model = chosen.as_ref().map_or(model, |chosen| &chosen.model);
@@ -227,7 +233,7 @@ fn choose<'py>(
     model: &Bound<'py, PyModel>,
     t_span: (f64, f64),
     (method, rtol, dt): (&MethodOf<'_>, Option<&Bound<'py, PyAny>>, f64),
-    start: [Option<&Bound<'py, PyAny>>; 2],
+    (start, u): ([Option<&Bound<'py, PyAny>>; 2], Option<&Bound<'py, PyAny>>),
     limit: &mut TimeLimit,
 ) -> PyResult<Chosen<'py>> {
     let rtol = match method {
@@ -248,7 +254,8 @@ fn choose<'py>(
              the modes before with `lissom.choose_modes`"
         )));
     }
-    choice::for_motion(model, t_span, (rtol, dt), limit)
+    let held = u.map(|u| held_inputs(model, u)).transpose()?;
+    choice::for_motion(model, t_span, (rtol, dt), held.as_deref(), limit)
 }
 
 /// What looks at a run from outside, and the modes that were chosen for it.
@@ -635,6 +642,17 @@ fn of_modes(chosen: &Chosen<'_>, simulation: &mut Simulation) {
     {
         simulation.status = Status::AccuracyNotReached;
         simulation.message += &format!(" {why}");
+    }
+    let error = simulation.statistics.space_error.filter(|error| *error > chosen.rtol);
+    if let Some(error) = error
+        && simulation.status.is_success()
+    {
+        simulation.status = Status::AccuracyNotReached;
+        simulation.message += &format!(
+            " Of the modes that were chosen for {:.0e} the space error is {error:.0e}: divide segments, or choose modes for a smaller `rtol` \
+             with `lissom.choose_modes`.",
+            chosen.rtol
+        );
     }
     simulation.message += &format!(" {}", chosen.words);
 }

@@ -164,7 +164,8 @@ impl PyStaticsResult {
 /// u : array_like, shape (m,), or dict, optional
 ///     Inputs, or some of them by name; by default `u0` of the model.
 /// stability : bool
-///     Whether to judge the stability of the equilibrium. Without, `stability` is None.
+///     Whether to judge the stability of the equilibrium. Without, `stability` is None; so it is where modes are chosen, since strains that
+///     the loads do not excite get none.
 /// space_error : bool, optional
 ///     Whether to estimate the error due to the finite number of modes. By default by the balance of forces, which costs a few
 ///     evaluations of them, and with more modes only where that leaves doubts; True: always with more modes; False: not at all.
@@ -255,6 +256,8 @@ pub(crate) fn statics<'py>(
         [Some(given), Some(robot)] => wanted.options_for(&given, &robot),
         _ => wanted.options.clone(),
     };
+    // Of what no load excites there are no modes, in which the equilibrium may be unstable.
+    let options = Options { stability: false, ..options };
     search(chosen.model.clone().as_any(), options, (t, wanted.u.clone()), effort, Some(chosen))
 }
 
@@ -352,7 +355,8 @@ impl Chosen<'_> {
             (None, None) => {}
         }
         if found.status.is_equilibrium() {
-            found.message += &format!(" {}", self.words);
+            let of_stability = "Stability is not judged: strains that the loads do not excite have no modes.";
+            found.message += &format!(" {of_stability} {}", self.words);
         }
     }
 }

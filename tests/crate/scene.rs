@@ -718,9 +718,9 @@ fn what_does_not_fit_in_memory_is_refused() {
     let segment =
         &GOOD[GOOD.find("[[rod.segment]]").expect("a segment")..GOOD.find("\n[sim").expect("settings")];
     let wide = segment.replace("bend_y = 3", "bend_y = 64, bend_z = 64, torsion = 64");
-    let problems = problems(&GOOD.replace(segment, &wide.repeat(22)));
+    let problems = problems(&GOOD.replace(segment, &wide.repeat(33)));
     assert_eq!(problems.len(), 1, "{problems:?}");
-    assert!(problems[0].contains("4224 modes in all"), "{problems:?}");
+    assert!(problems[0].contains("6336 modes in all"), "{problems:?}");
 }
 
 #[test]

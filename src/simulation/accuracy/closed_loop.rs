@@ -4,7 +4,7 @@
 //! the start. The finer run follows the motion that the controller saw. Controllers often hold what would fall without them: under their
 //! inputs alone, small differences grow then, which the controller would have corrected. Where a difference has become a small part of
 //! what was asked, the finer run therefore begins again from the state that the controller saw, and the differences add up. This is the
-//! error of a loop that does not multiply errors.
+//! error of a loop that does not multiply errors. Inputs that never change correct nothing: the finer run then goes on to the end.
 
 use super::inputs::{Given, Held, Recording, State};
 use super::paths::{distances, largest};
@@ -69,11 +69,12 @@ fn add_time_error<M: Model + Clone>(
 ) -> Result<(), InvalidInput> {
     let wanted = plan.request.rtol;
     let Some(held) = plan.given.held else { return Ok(()) };
-    let longest_step = longest_of_gain(plan, run.steps());
+    // Where intervals limit all steps, those of the finer run end within them, too.
+    let longest_step = longest_of_gain(plan, run.steps()).min(0.5 * held.step);
+    let largest = if held.varies() { RESTARTED_PART * wanted } else { f64::INFINITY };
     let (mut first, mut together, mut parts) = (0, 0.0, 0);
     loop {
-        let mut follower =
-            Follower { held, first, states, largest: RESTARTED_PART * wanted, stopped_at: None };
+        let mut follower = Follower { held, first, states, largest, stopped_at: None };
         let found = follower.part(plan, run, longest_step, monitor)?;
         let Some(apart) = found else {
             match monitor(plan.given.t_span.1) {

@@ -59,6 +59,11 @@ impl Held {
         Self { start, step, width, values }
     }
 
+    /// Whether inputs differ between rows.
+    pub(super) fn varies(&self) -> bool {
+        (1..self.len()).any(|k| self.row(k) != self.row(0))
+    }
+
     /// Number of the rows.
     fn len(&self) -> usize {
         self.values.len() / self.width.max(1)

@@ -45,6 +45,8 @@ const SECTIONS: usize = 4;
 pub enum Purpose<'a> {
     /// The motion from rest over this interval, in seconds.
     Motion((f64, f64)),
+    /// The same with these inputs.
+    Held((f64, f64), &'a [f64]),
     /// The equilibrium at this time, in seconds, reached with loads that grow from zero; with contact the one in which the straight
     /// model comes to rest.
     Equilibrium(f64),
@@ -186,10 +188,12 @@ pub fn choose_modes(
 fn check(robot: &Robot, open: &[usize], purpose: Purpose<'_>, request: Request) -> Result<(), InvalidInput> {
     request.validate()?;
     let mut check = Checker::new();
-    let (Purpose::Motion((t0, _)) | Purpose::Equilibrium(t0) | Purpose::Search(&Search { t: t0, .. })) =
-        purpose;
+    let (Purpose::Motion((t0, _))
+    | Purpose::Held((t0, _), _)
+    | Purpose::Equilibrium(t0)
+    | Purpose::Search(&Search { t: t0, .. })) = purpose;
     if check.require(t0.is_finite(), "t_span[0]", t0, "a finite number (seconds)")
-        && let Purpose::Motion((_, t_end)) = purpose
+        && let Purpose::Motion((_, t_end)) | Purpose::Held((_, t_end), _) = purpose
     {
         let expected = format!("a finite number > {} (seconds)", Number(t0));
         check.require(t_end.is_finite() && t_end > t0, "t_span[1]", Number(t_end), &expected);
@@ -302,9 +306,13 @@ impl Trials<'_> {
         modes: &[[usize; STRAINS]],
     ) -> Result<Result<Trial, Failed>, InvalidInput> {
         let robot = with_modes(robot, self.open, modes);
-        let model = RobotModel::new(&robot)?;
+        let mut model = RobotModel::new(&robot)?;
         match self.purpose {
             Purpose::Motion(t_span) => self.motion(robot, model, t_span),
+            Purpose::Held(t_span, u) => {
+                model.set_inputs(u);
+                self.motion(robot, model, t_span)
+            }
             Purpose::Equilibrium(t) => {
                 let options = statics::Options::of(model.facts());
                 self.equilibrium(robot, model, (t, None), options)

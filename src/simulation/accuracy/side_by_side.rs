@@ -2,7 +2,7 @@
 //!
 //! Whoever advances it may be a controller, which holds what would fall without it. Under the same inputs small differences grow then, though
 //! not in the loop. As in motions in closed loop, where a difference has become a small part of what was asked, both go on
-//! from one state, and the differences add up.
+//! from one state, and the differences add up. Inputs that have never changed correct nothing: differences then grow as errors do.
 
 use super::choice::Choice;
 use super::closed_loop::RESTARTED_PART;
@@ -42,6 +42,9 @@ pub struct AccurateRun<M> {
     steps_before: usize,
     /// Sum of the differences at which both went on from one state, relative to the length, with the factor by which they are errors.
     added: f64,
+    /// Inputs of the last interval, and whether they have ever changed.
+    inputs: Option<Vec<f64>>,
+    has_changed: bool,
     /// Ends of intervals that the looser one has still to make, with their inputs.
     behind: Vec<(f64, Vec<f64>)>,
     /// End of the interval, while the first half is made.
@@ -96,6 +99,8 @@ impl<M: Model + Clone> AccurateRun<M> {
             pattern: (model, looser),
             steps_before: 0,
             added: 0.0,
+            inputs: None,
+            has_changed: false,
             behind: Vec::new(),
             end: None,
             integrator: choice.integrator,
@@ -138,7 +143,10 @@ impl<M: Model + Clone> AccurateRun<M> {
             last = last.max(end);
             is_ahead
         });
-        self.behind.push((t_end, self.run.inputs().to_vec()));
+        let inputs = self.run.inputs().to_vec();
+        self.has_changed |= self.inputs.as_ref().is_some_and(|last| *last != inputs);
+        self.inputs = Some(inputs.clone());
+        self.behind.push((t_end, inputs));
         let middle = 0.5 * (t + t_end);
         self.end = (t < middle && middle < t_end).then_some(t_end);
         self.run.begin_interval(t_end);
@@ -217,7 +225,7 @@ impl<M: Model + Clone> AccurateRun<M> {
         if !(self.error <= self.wanted && apart.is_finite()) {
             self.exceeded_at.get_or_insert(self.run.t());
         }
-        if apart > RESTARTED_PART * self.wanted {
+        if self.has_changed && apart > RESTARTED_PART * self.wanted {
             self.added += apart;
             self.restart()?;
         }
@@ -321,6 +329,8 @@ impl<M: Model + Clone> AccurateRun<M> {
         tape.count(&mut self.steps_before);
         tape.optional(&mut self.exceeded_at, 0.0, Tape::number);
         let inputs = self.run.inputs().len();
+        tape.flag(&mut self.has_changed);
+        tape.optional(&mut self.inputs, vec![0.0; inputs], |tape, inputs| tape.numbers(inputs));
         let mut count = self.behind.len();
         tape.below(MOST_INTERVALS, &mut count);
         if tape.reads() {

@@ -211,7 +211,7 @@ pub enum Configuration {
 
 impl Configuration {
     /// Size of fixed steps, or interval of output times.
-    pub(crate) fn dt(&self) -> f64 {
+    pub fn dt(&self) -> f64 {
         match self {
             Self::Method(method) => method.dt(),
             Self::Accuracy(request) => request.dt,

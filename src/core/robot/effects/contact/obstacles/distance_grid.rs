@@ -12,6 +12,9 @@ use crate::robot::effects::contact::shapes::obstacle::Solid;
 /// Largest number of values: they and the coefficients of the spline take 160 MB then.
 pub(super) const MOST_VALUES: usize = 10_000_000;
 
+/// Least slope of functions at their zeros, over that between the values on both sides: that of a distance is one and more, of its cube none.
+const LEAST_SHARPNESS: f64 = 0.2;
+
 /// Surfaces of the grids that were used last.
 static SURFACES: Recent<(Layers, [f64; 3]), LevelSet> = Recent::new();
 
@@ -19,8 +22,8 @@ shape! {
     /// A shape of any form, given by signed distances on a regular grid: negative inside, positive outside.
     ///
     /// Its surface is where the tricubic spline through the values is zero, and contact takes the exact distance from that surface, also if
-    /// the values are other functions with the same zeros. Of smooth shapes the error falls with the fourth power of the spacing; edges
-    /// and corners are rounded by about a spacing, and walls need two spacings or more. If all values on the border are positive, all
+    /// the values are another function with the same zeros whose slope does not vanish there. Of smooth shapes the error falls with the fourth power of the spacing; edges
+    /// and corners are rounded by up to half of a spacing, and walls need two spacings or more. If all values on the border are positive, all
     /// beyond the grid is outside, if none is, all beyond is inside; otherwise the surface continues linearly.
     #[part(tag = "distance_grid", called = "a distance grid", positional = 4)]
     pub struct DistanceGrid {
@@ -59,6 +62,15 @@ impl DistanceGrid {
                 found,
                 "distances of both signs: negative inside the shape",
             );
+            if has(true) && has(false) {
+                let sharpness = self.surface().sharpness();
+                reader.require(
+                    sharpness >= LEAST_SHARPNESS,
+                    "values",
+                    format_args!("zeros with {sharpness:.1e} of the slope between the values around them"),
+                    "distances, or a function whose slope does not vanish with it",
+                );
+            }
         }
         reader.check_orientation(&self.orientation);
     }

@@ -24,6 +24,9 @@ const MARGIN: usize = 4;
 /// three to 0.035 (`tests/python/contact/test_contact_grids.py`).
 const FARTHEST: f64 = 0.5;
 
+/// Distances close to edges and corners are off by up to this part of a cell, wherever these lie between values (an L, by brute force).
+const ROUNDED: f64 = 0.35;
+
 /// The deepest value of a mesh that cells resolve, in cells.
 const DEEPEST: f64 = 0.5;
 
@@ -135,7 +138,11 @@ impl Shape for Mesh {
     }
 
     fn rounding(&self) -> Option<f64> {
-        self.computed().as_ref().as_ref().map(|computed| computed.of_edges.0.max(computed.of_faces.0))
+        let rounded = ROUNDED * self.size_of_cell();
+        self.computed()
+            .as_ref()
+            .as_ref()
+            .map(|computed| computed.of_edges.0.max(computed.of_faces.0).max(rounded))
     }
 
     /// The nearest point may be anywhere.

@@ -36,6 +36,16 @@ const DEFINITE: f64 = 1e-6;
 /// A point counts as nearest up to this fraction of the radius of curvature, on the concave side: beyond, several places are nearest.
 const LEAST_STRETCH: f64 = 0.01;
 
+/// Number of zeros between neighbouring values at which slopes are looked at.
+const LOOKED_AT: usize = 500;
+
+/// Steps of regula falsi to such a zero.
+const STEPS_TO_ZERO: usize = 6;
+
+/// Values whose typical slope is within these bounds count as distances; others are scaled to a typical slope of one, so that sizes and
+/// units of functions with the same zeros do not matter.
+const SLOPES_OF_DISTANCES: [f64; 2] = [0.5, 2.0];
+
 /// Where the border of the grid is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rim {
@@ -59,6 +69,8 @@ pub(crate) struct LevelSet {
     hollowness: f64,
     /// Bounds of the spline's slope, and of its mixed second and third derivatives.
     bounds: [f64; 3],
+    /// Typical slope at zeros over the slope between the values on both sides.
+    sharpness: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -97,9 +109,15 @@ impl LevelSet {
     /// The surface of a spline through values, at least two along each axis and with different signs, of which the third axis varies
     /// fastest.
     pub(crate) fn new(values: &[f64], shape: [usize; 3], spacing: [f64; 3]) -> Self {
-        let field = Tricubic::new(values, shape, spacing);
+        let mut field = Tricubic::new(values, shape, spacing);
         let rim = rim_of(values, shape);
-        let depth = values.iter().fold(0.0_f64, |depth, value| depth.max(-value));
+        let [slope, sharpness] = typical_slopes(&field, values);
+        let [least, most] = SLOPES_OF_DISTANCES;
+        let scale = if slope > 0.0 && !(least..=most).contains(&slope) { slope.recip() } else { 1.0 };
+        if scale != 1.0 {
+            field.scale(scale);
+        }
+        let depth = scale * values.iter().fold(0.0_f64, |depth, value| depth.max(-value));
         let mut cells = Vec::new();
         let [rows, columns, layers] = shape.map(|n| n - 1);
         for i in 0..rows {
@@ -108,12 +126,17 @@ impl LevelSet {
             }
         }
         let bounds = field.bounds();
-        let mut found = Self { field, rim, nodes: Vec::new(), depth, hollowness: 0.0, bounds };
+        let mut found = Self { field, rim, nodes: Vec::new(), depth, hollowness: 0.0, bounds, sharpness };
         if !cells.is_empty() {
             enclose(&mut cells, &mut found.nodes);
         }
         found.hollowness = found.most_hollow();
         found
+    }
+
+    /// Slope at typical zeros over that between the values on both sides: one of distances, none of functions that have no normal there.
+    pub(crate) fn sharpness(&self) -> f64 {
+        self.sharpness
     }
 
     /// Half the thickness at its thickest place, by the values; infinite if the shape goes on beyond the grid.
@@ -456,6 +479,51 @@ fn enclose(cells: &mut [Node], nodes: &mut Vec<Node>) {
     enclose(first, nodes);
     nodes[place].kind = Kind::Branch(nodes.len());
     enclose(second, nodes);
+}
+
+/// Medians of the slope at zeros between neighbouring values, and of its ratio to the slope between these.
+fn typical_slopes(field: &Tricubic, values: &[f64]) -> [f64; 2] {
+    let [rows, columns, layers] = field.shape;
+    let strides = [columns * layers, layers, 1];
+    let place = |n: usize| [n / strides[0], n / layers % columns, n % layers];
+    let ends = |n: usize| {
+        let at = place(n);
+        (0..3).filter(move |&axis| at[axis] + 1 < [rows, columns, layers][axis])
+    };
+    let is_crossed = |n: usize, axis: usize| (values[n] < 0.0) != (values[n + strides[axis]] < 0.0);
+    let pairs: Vec<(usize, usize)> = (0..values.len())
+        .flat_map(|n| ends(n).filter(move |&axis| is_crossed(n, axis)).map(move |axis| (n, axis)))
+        .collect();
+    let mut slopes = [Vec::new(), Vec::new()];
+    for &(n, axis) in pairs.iter().step_by(pairs.len() / LOOKED_AT + 1) {
+        let start = Vector::from(std::array::from_fn(|i| place(n)[i] as f64 * field.spacing[i]));
+        let mut along = [0.0; 3];
+        along[axis] = field.spacing[axis];
+        let at = |share: f64| field.at(start + Vector::from(along) * share);
+        let ([mut low, mut high], [mut below, mut above]) =
+            ([0.0, 1.0], [values[n], values[n + strides[axis]]]);
+        let between = (above - below).abs() / field.spacing[axis];
+        let mut middle = 0.5;
+        for _ in 0..STEPS_TO_ZERO {
+            middle = if above == below { 0.5 } else { low - below * (high - low) / (above - below) };
+            let value = at(middle).value;
+            if (value < 0.0) == (below < 0.0) {
+                (low, below) = (middle, value);
+                above *= 0.5;
+            } else {
+                (high, above) = (middle, value);
+                below *= 0.5;
+            }
+        }
+        let gradient = at(middle).gradient;
+        let slope = gradient.dot(gradient).sqrt();
+        slopes[0].push(slope);
+        slopes[1].push(slope / between);
+    }
+    slopes.map(|mut slopes| {
+        slopes.sort_unstable_by(f64::total_cmp);
+        slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
+    })
 }
 
 fn within(place: Vector<f64>, node: &Node) -> bool {

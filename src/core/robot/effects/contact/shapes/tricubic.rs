@@ -37,6 +37,11 @@ impl Tricubic {
         Self { shape, spacing, coefficients }
     }
 
+    /// Multiplies all values by a factor.
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.coefficients.iter_mut().for_each(|coefficient| *coefficient *= factor);
+    }
+
     /// Length of the grid along an axis.
     pub(super) fn length(&self, axis: usize) -> f64 {
         (self.shape[axis] - 1) as f64 * self.spacing[axis]
