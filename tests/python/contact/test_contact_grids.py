@@ -261,7 +261,7 @@ CUBE_FACES = [
 ]
 
 
-@pytest.mark.parametrize(("cells", "most"), [(1, 0.15), (2, 0.05), (3, 0.04)])
+@pytest.mark.parametrize(("cells", "most"), [(1.5, 0.1), (2, 0.05), (3, 0.04)])
 def test_walls_of_two_cells_are_met(cells, most):
     """A plate across a grid whose axes are turned."""
     cell, turn = 0.02, Rotation.from_rotvec([0.4, 0.3, 0.2])

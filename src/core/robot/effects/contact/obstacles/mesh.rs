@@ -20,8 +20,8 @@ const CELLS: f64 = 64.0;
 /// of cubic splines; de Boor 2001, chapter XIII).
 const MARGIN: usize = 4;
 
-/// Middles of faces may be so far from the surface, in cells. Faces of a plate of one cell are met to 0.14 cells, of two cells to 0.04, of
-/// three to 0.035 (`tests/python/contact/test_contact_grids.py`).
+/// Middles of faces may be so far from the surface, in cells. Faces of a plate of one and a half cells are met to 0.09 cells, of two cells to
+/// 0.04, of three to 0.035 (`tests/python/contact/test_contact_grids.py`).
 const FARTHEST: f64 = 0.5;
 
 /// The deepest value of a mesh that cells resolve, in cells.
