@@ -178,16 +178,8 @@ pub(crate) fn simulate<'py>(
     let (model, t_end) = required!("simulate", others; more, model, t_end);
     let model = any_model_of(model, "model")?;
     let mut limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
-    let chosen = match model.get().is_open() {
-        true if control.is_some() => {
-            return Err(PyValueError::new_err(
-                "control: the modes are open, and what a controller will give is not known when they are chosen: choose the modes before \
-             with `lissom.choose_modes`",
-            ));
-        }
-        true => Some(choose(model, (t0, t_end), (&method, rtol, dt), ([q0, v0], u), &mut limit)?),
-        false => None,
-    };
+    let given = (control.is_some(), u);
+    let chosen = choose(model, (t0, t_end), (&method, rtol, dt), ([q0, v0], given), &mut limit)?;
     let model = chosen.as_ref().map_or(model, |chosen| &chosen.model);
     let n = model.get().n();
     let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
@@ -228,14 +220,23 @@ pub(crate) fn simulate<'py>(
     run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, watched)
 }
 
-/// Chooses open modes for a motion from rest to its accuracy.
+/// Chooses open modes for a motion from rest to its accuracy; `None` if there are none.
 fn choose<'py>(
     model: &Bound<'py, PyModel>,
     t_span: (f64, f64),
     (method, rtol, dt): (&MethodOf<'_>, Option<&Bound<'py, PyAny>>, f64),
-    (start, u): ([Option<&Bound<'py, PyAny>>; 2], Option<&Bound<'py, PyAny>>),
+    (start, (is_controlled, u)): ([Option<&Bound<'py, PyAny>>; 2], (bool, Option<&Bound<'py, PyAny>>)),
     limit: &mut TimeLimit,
-) -> PyResult<Chosen<'py>> {
+) -> PyResult<Option<Chosen<'py>>> {
+    if !model.get().is_open() {
+        return Ok(None);
+    }
+    if is_controlled {
+        return Err(PyValueError::new_err(
+            "control: the modes are open, and what a controller will give is not known when they are chosen: choose the modes before \
+             with `lissom.choose_modes`",
+        ));
+    }
     let rtol = match method {
         MethodOf::Name("auto") => {
             rtol.map_or(Ok(accuracy::DEFAULT_RTOL), |rtol| convert::number(rtol, "rtol"))?
@@ -255,7 +256,7 @@ fn choose<'py>(
         )));
     }
     let held = u.map(|u| held_inputs(model, u)).transpose()?;
-    choice::for_motion(model, t_span, (rtol, dt), held.as_deref(), limit)
+    choice::for_motion(model, t_span, (rtol, dt), held.as_deref(), limit).map(Some)
 }
 
 /// What looks at a run from outside, and the modes that were chosen for it.

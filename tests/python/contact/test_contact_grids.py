@@ -261,7 +261,7 @@ CUBE_FACES = [
 ]
 
 
-@pytest.mark.parametrize(("cells", "most"), [(1, 0.15), (2, 0.05), (3, 0.04)])
+@pytest.mark.parametrize(("cells", "most"), [(1.5, 0.1), (2, 0.05), (3, 0.04)])
 def test_walls_of_two_cells_are_met(cells, most):
     """A plate across a grid whose axes are turned."""
     cell, turn = 0.02, Rotation.from_rotvec([0.4, 0.3, 0.2])
@@ -352,3 +352,24 @@ def test_nothing_passes_through_a_wall(method):
     q0[2], v0[2] = 0.5, -40.0
     run = lissom.simulate(robot, 0.05, dt=5e-3, q0=q0, v0=v0, method=method)
     assert run.q[-1, 2] > 0.0
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-2, 1.0, 1e3])
+def test_functions_with_the_same_zeros_have_the_same_surface(size):
+    """The slope of the square of a radius is proportional to it: neither size nor factors matter."""
+
+    def square(at):
+        return (at**2).sum(axis=-1) - size**2
+
+    grid = sampled(square, (-2 * size,) * 3, (2 * size,) * 3, 0.1 * size)
+    robot = ball_on(grid, 0.2 * size, stiffness=1.0)
+    assert_allclose(overlap(robot, (0, 0, 1.1 * size)), 0.1 * size, rtol=1e-6)
+    scaled = DistanceGrid(np.asarray(grid.values) * 1e-7, grid.spacing, grid.corner)
+    assert_allclose(
+        overlap(ball_on(scaled, 0.2 * size, stiffness=1.0), (0, 0, 1.1 * size)), 0.1 * size, rtol=1e-6
+    )
+
+
+def test_functions_without_a_slope_at_their_zeros_are_refused():
+    with pytest.raises(ValueError, match="a function whose slope does not vanish with it"):
+        sampled(lambda at: (np.linalg.norm(at, axis=-1) - 0.1) ** 3, (-0.2,) * 3, (0.2,) * 3, 0.01)

@@ -57,11 +57,11 @@ def pendulum(length=1.0, modes=2):
     return lissom.SpringPendulum(length=length)
 
 
-def coarse(model):
-    """An equilibrium with its error, which few modes make large."""
+def coarse(search, model, **options):
+    """Equilibria with their errors, which few modes make large."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", lissom.AccuracyWarning)
-        return lissom.statics(model)
+        return search(model, **options)
 
 
 MODELS = {"rod": rod, "robot": robot, "pendulum": pendulum}
@@ -69,8 +69,8 @@ KINDS = {
     "simulate": lambda model: lissom.simulate(model, 0.02, dt=2e-3),
     "explicit": lambda model: lissom.simulate(model, 0.01, method="rk45"),
     "failed": lambda model: lissom.simulate(model, 1.0, dt=1e-2, max_steps=0),
-    "statics": coarse,
-    "continuation": lambda model: lissom.continuation(model, max_steps=4),
+    "statics": lambda model: coarse(lissom.statics, model),
+    "continuation": lambda model: coarse(lissom.continuation, model, max_steps=4),
     "modes": lambda model: lissom.modes(model, np.zeros(model.n)),
     "simulate_many": lambda model: lissom.simulate_many(model, 0.01, q0=np.zeros((2, model.n))),
 }

@@ -321,3 +321,46 @@ def test_steps_of_a_motion_that_multiplies_errors_are_doubted():
     assert simulation.time_error > 1e-4
     assert "1e-4 was asked for and exceeded at t =" in simulation.doubt
     assert lissom.Simulation(pendulum, dt=0.5).time_error is None
+
+
+@pytest.mark.parametrize(("q0", "t_end", "step"), [(1e-6, 8.0, 0.5), (1e-3, 5.0, 0.2)])
+def test_errors_grow_under_inputs_that_never_change(q0, t_end, step):
+    """A pendulum that falls from above, without a torque: no controller takes errors back."""
+    body = lissom.Body(1.0, centre=(0.5, 0, 0), inertia=(0, 1 / 12, 1 / 12))
+    arm = lissom.Link("arm", joint=lissom.Revolute((0, 1, 0)), body=body)
+    motor = lissom.Motor("arm", torque=lissom.Input("torque"))
+    standing = lissom.Robot([arm], gravity=(-9.81, 0, 0), actuators=[motor])
+    times = np.arange(0.0, t_end + 0.5 * step, step)
+    exact = solve_ivp(
+        lambda t, x: [x[1], 1.5 * 9.81 * np.sin(x[0])],
+        (0, t_end),
+        [q0, 0.0],
+        "DOP853",
+        times,
+        rtol=1e-12,
+        atol=1e-15,
+    )
+    assert exact.success
+
+    def apart(angles):
+        return np.abs(2 * np.sin(0.5 * (np.asarray(angles) - exact.y[0][: len(angles)]))).max()
+
+    found = lissom.simulate(
+        standing,
+        t_end,
+        q0=[q0],
+        method="auto",
+        rtol=1e-3,
+        control=lambda t, q, v: [0.0],
+        control_step=step,
+        t_eval=times,
+    )
+    assert apart(found.q[:, 0]) < found.stats.time_error
+    assert found.success == (found.stats.time_error < 1e-3)
+    simulation = lissom.Simulation(standing, dt=step, method="auto", rtol=1e-3, q0=[q0])
+    angles = [q0]
+    for _ in times[1:]:
+        simulation.step([0.0])
+        angles.append(simulation.q[0])
+    assert apart(angles) < simulation.time_error
+    assert (simulation.doubt is None) == (simulation.time_error <= 1e-3)

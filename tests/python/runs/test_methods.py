@@ -161,10 +161,6 @@ def test_they_are_values(method):
             lambda: lissom.simulate(ROD, 0.1, method=methods.Auto(), t_eval="steps"),
             "t_eval='steps': the method .auto. takes",
         ),
-        (
-            lambda: lissom.Simulation(ROD, dt=0.1, method=methods.Auto()),
-            'method: "auto" computes whole motions several times and cannot go step by step',
-        ),
     ],
 )
 def test_what_cannot_be_is_refused(make, message):

@@ -1,5 +1,6 @@
 //! Bodies of any form with flat faces.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::distance_grid::MOST_VALUES;
@@ -20,11 +21,12 @@ const CELLS: f64 = 64.0;
 /// of cubic splines; de Boor 2001, chapter XIII).
 const MARGIN: usize = 4;
 
-/// Middles of faces may be so far from the surface, in cells. Faces of a plate of one cell are met to 0.14 cells, of two cells to 0.04, of
-/// three to 0.035 (`tests/python/contact/test_contact_grids.py`).
+/// Middles of faces may be so far from the surface, in cells. Faces of a plate of one and a half cells are met to 0.09 cells, of two cells to
+/// 0.04, of three to 0.035 (`tests/python/contact/test_contact_grids.py`).
 const FARTHEST: f64 = 0.5;
 
-/// Distances close to edges and corners are off by up to this part of a cell, wherever these lie between values (an L, by brute force).
+/// Distances close to right-angled edges and corners are off by up to this part of a cell, wherever these lie between values (an L, by brute
+/// force); close to blunter ones by less, in proportion to how far the normals of the faces are apart.
 const ROUNDED: f64 = 0.35;
 
 /// The deepest value of a mesh that cells resolve, in cells.
@@ -57,6 +59,8 @@ struct Computed {
     /// Largest distances from the surface, and places: of corners and middles of edges, and of middles of faces.
     of_edges: (f64, Vector<f64>),
     of_faces: (f64, Vector<f64>),
+    /// Largest distance between unit normals of faces with a common edge, over that of a right angle.
+    sharpness: f64,
 }
 
 /// Surfaces of the meshes that were used last; `None` for what is no closed surface.
@@ -128,8 +132,26 @@ impl Mesh {
             [middle(&[a]), middle(&[b]), middle(&[c]), middle(&[a, b]), middle(&[b, c]), middle(&[c, a])]
         }));
         let of_faces = farthest(&mut faces.iter().map(|face| middle(face)));
-        Some(Computed { surface: Arc::new(surface), corner, of_edges, of_faces })
+        let sharpness = sharpness_of(&points, &faces);
+        Some(Computed { surface: Arc::new(surface), corner, of_edges, of_faces, sharpness })
     }
+}
+
+/// Largest distance between unit normals of faces with a common edge, over that of a right angle.
+fn sharpness_of(points: &[Vector<f64>], faces: &[[usize; 3]]) -> f64 {
+    let mut beside = BTreeMap::new();
+    let mut sharpest = 0.0_f64;
+    for &[a, b, c] in faces {
+        let across = (points[b] - points[a]).cross(points[c] - points[a]);
+        let normal = across * across.dot(across).sqrt().recip();
+        for (p, q) in [(a, b), (b, c), (c, a)] {
+            if let Some(other) = beside.insert((p.min(q), p.max(q)), normal) {
+                let apart: Vector<f64> = normal - other;
+                sharpest = sharpest.max(apart.dot(apart).sqrt());
+            }
+        }
+    }
+    sharpest * std::f64::consts::FRAC_1_SQRT_2
 }
 
 impl Shape for Mesh {
@@ -138,11 +160,10 @@ impl Shape for Mesh {
     }
 
     fn rounding(&self) -> Option<f64> {
-        let rounded = ROUNDED * self.size_of_cell();
-        self.computed()
-            .as_ref()
-            .as_ref()
-            .map(|computed| computed.of_edges.0.max(computed.of_faces.0).max(rounded))
+        self.computed().as_ref().as_ref().map(|computed| {
+            let rounded = ROUNDED * computed.sharpness * self.size_of_cell();
+            computed.of_edges.0.max(computed.of_faces.0).max(rounded)
+        })
     }
 
     /// The nearest point may be anywhere.
