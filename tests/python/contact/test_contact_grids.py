@@ -245,7 +245,7 @@ def test_a_mesh_that_is_not_convex_has_the_distances_of_brute_force():
     errors = np.abs(found - (0.06 - brute(points, faces, places)))
     # Edges between its faces are blunt, by no more than the explanation says.
     rounding = float(re.search(r"rounded by up to (\S+) m", str(robot.explain()))[1])
-    assert errors.max() < rounding < 0.1 * cell
+    assert errors.max() < rounding < 0.2 * cell
     assert np.median(errors) < 0.02 * cell
     assert len(places) > 100
     # Faces in any order, and turned in any way, are the same.

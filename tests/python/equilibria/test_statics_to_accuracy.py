@@ -150,7 +150,7 @@ def test_an_accuracy_out_of_reach_is_a_status():
     assert (found.success, found.status) == (False, "accuracy_not_reached")
     assert "cut the rod into more segments" in found.message
     assert "Modes chosen" in found.message
-    # The best equilibrium is kept. Its modes are those that the load excites, so that its stability is not judged.
+    # The best equilibrium is kept; its modes are those that the load excites.
     assert found.space_error.relative < 1e-3
     assert found.stability is None
     halves = [lissom.Segment(0.5, 1e-3, **STEEL, modes={"bend_y": 2})] * 2

@@ -39,8 +39,8 @@ const LEAST_STRETCH: f64 = 0.01;
 /// Number of zeros between neighbouring values at which slopes are looked at.
 const LOOKED_AT: usize = 500;
 
-/// Steps of regula falsi to such a zero.
-const STEPS_TO_ZERO: usize = 6;
+/// Halvings of the interval between the values: the slope of the cube of a distance is then 1e-7 of that between the values.
+const HALVINGS_TO_ZERO: usize = 12;
 
 /// Values whose typical slope is within these bounds count as distances; others are scaled to a typical slope of one, so that sizes and
 /// units of functions with the same zeros do not matter.
@@ -500,22 +500,17 @@ fn typical_slopes(field: &Tricubic, values: &[f64]) -> [f64; 2] {
         let mut along = [0.0; 3];
         along[axis] = field.spacing[axis];
         let at = |share: f64| field.at(start + Vector::from(along) * share);
-        let ([mut low, mut high], [mut below, mut above]) =
-            ([0.0, 1.0], [values[n], values[n + strides[axis]]]);
-        let between = (above - below).abs() / field.spacing[axis];
-        let mut middle = 0.5;
-        for _ in 0..STEPS_TO_ZERO {
-            middle = if above == below { 0.5 } else { low - below * (high - low) / (above - below) };
-            let value = at(middle).value;
-            if (value < 0.0) == (below < 0.0) {
-                (low, below) = (middle, value);
-                above *= 0.5;
+        let between = (values[n + strides[axis]] - values[n]).abs() / field.spacing[axis];
+        let [mut low, mut high] = [0.0, 1.0];
+        for _ in 0..HALVINGS_TO_ZERO {
+            let middle = 0.5 * (low + high);
+            if (at(middle).value < 0.0) == (values[n] < 0.0) {
+                low = middle;
             } else {
-                (high, above) = (middle, value);
-                below *= 0.5;
+                high = middle;
             }
         }
-        let gradient = at(middle).gradient;
+        let gradient = at(0.5 * (low + high)).gradient;
         let slope = gradient.dot(gradient).sqrt();
         slopes[0].push(slope);
         slopes[1].push(slope / between);
