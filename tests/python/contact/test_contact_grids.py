@@ -368,8 +368,3 @@ def test_functions_with_the_same_zeros_have_the_same_surface(size):
     assert_allclose(
         overlap(ball_on(scaled, 0.2 * size, stiffness=1.0), (0, 0, 1.1 * size)), 0.1 * size, rtol=1e-6
     )
-
-
-def test_functions_without_a_slope_at_their_zeros_are_refused():
-    with pytest.raises(ValueError, match="a function whose slope does not vanish with it"):
-        sampled(lambda at: (np.linalg.norm(at, axis=-1) - 0.1) ** 3, (-0.2,) * 3, (0.2,) * 3, 0.01)

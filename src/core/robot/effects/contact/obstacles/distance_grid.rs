@@ -12,9 +12,6 @@ use crate::robot::effects::contact::shapes::obstacle::Solid;
 /// Largest number of values: they and the coefficients of the spline take 160 MB then.
 pub(super) const MOST_VALUES: usize = 10_000_000;
 
-/// Least slope of functions at their zeros, over that between the values on both sides: that of a distance is one and more, of its cube none.
-const LEAST_SHARPNESS: f64 = 0.2;
-
 /// Surfaces of the grids that were used last.
 static SURFACES: Recent<(Layers, [f64; 3]), LevelSet> = Recent::new();
 
@@ -62,15 +59,6 @@ impl DistanceGrid {
                 found,
                 "distances of both signs: negative inside the shape",
             );
-            if has(true) && has(false) {
-                let sharpness = self.surface().sharpness();
-                reader.require(
-                    sharpness >= LEAST_SHARPNESS,
-                    "values",
-                    format_args!("zeros with {sharpness:.1e} of the slope between the values around them"),
-                    "distances, or a function whose slope does not vanish with it",
-                );
-            }
         }
         reader.check_orientation(&self.orientation);
     }

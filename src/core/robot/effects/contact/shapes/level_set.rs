@@ -39,7 +39,7 @@ const LEAST_STRETCH: f64 = 0.01;
 /// Number of zeros between neighbouring values at which slopes are looked at.
 const LOOKED_AT: usize = 500;
 
-/// Halvings of the interval between the values: the slope of the cube of a distance is then 1e-7 of that between the values.
+/// Halvings of the interval between the values to such a zero.
 const HALVINGS_TO_ZERO: usize = 12;
 
 /// Values whose typical slope is within these bounds count as distances; others are scaled to a typical slope of one, so that sizes and
@@ -69,8 +69,6 @@ pub(crate) struct LevelSet {
     hollowness: f64,
     /// Bounds of the spline's slope, and of its mixed second and third derivatives.
     bounds: [f64; 3],
-    /// Typical slope at zeros over the slope between the values on both sides.
-    sharpness: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,7 +109,7 @@ impl LevelSet {
     pub(crate) fn new(values: &[f64], shape: [usize; 3], spacing: [f64; 3]) -> Self {
         let mut field = Tricubic::new(values, shape, spacing);
         let rim = rim_of(values, shape);
-        let [slope, sharpness] = typical_slopes(&field, values);
+        let slope = typical_slope(&field, values);
         let [least, most] = SLOPES_OF_DISTANCES;
         let scale = if slope > 0.0 && !(least..=most).contains(&slope) { slope.recip() } else { 1.0 };
         if scale != 1.0 {
@@ -126,17 +124,12 @@ impl LevelSet {
             }
         }
         let bounds = field.bounds();
-        let mut found = Self { field, rim, nodes: Vec::new(), depth, hollowness: 0.0, bounds, sharpness };
+        let mut found = Self { field, rim, nodes: Vec::new(), depth, hollowness: 0.0, bounds };
         if !cells.is_empty() {
             enclose(&mut cells, &mut found.nodes);
         }
         found.hollowness = found.most_hollow();
         found
-    }
-
-    /// Slope at typical zeros over that between the values on both sides: one of distances, none of functions that have no normal there.
-    pub(crate) fn sharpness(&self) -> f64 {
-        self.sharpness
     }
 
     /// Half the thickness at its thickest place, by the values; infinite if the shape goes on beyond the grid.
@@ -481,8 +474,8 @@ fn enclose(cells: &mut [Node], nodes: &mut Vec<Node>) {
     enclose(second, nodes);
 }
 
-/// Medians of the slope at zeros between neighbouring values, and of its ratio to the slope between these.
-fn typical_slopes(field: &Tricubic, values: &[f64]) -> [f64; 2] {
+/// Median of the slope at zeros between neighbouring values.
+fn typical_slope(field: &Tricubic, values: &[f64]) -> f64 {
     let [rows, columns, layers] = field.shape;
     let strides = [columns * layers, layers, 1];
     let place = |n: usize| [n / strides[0], n / layers % columns, n % layers];
@@ -494,13 +487,12 @@ fn typical_slopes(field: &Tricubic, values: &[f64]) -> [f64; 2] {
     let pairs: Vec<(usize, usize)> = (0..values.len())
         .flat_map(|n| ends(n).filter(move |&axis| is_crossed(n, axis)).map(move |axis| (n, axis)))
         .collect();
-    let mut slopes = [Vec::new(), Vec::new()];
+    let mut slopes = Vec::new();
     for &(n, axis) in pairs.iter().step_by(pairs.len() / LOOKED_AT + 1) {
         let start = Vector::from(std::array::from_fn(|i| place(n)[i] as f64 * field.spacing[i]));
         let mut along = [0.0; 3];
         along[axis] = field.spacing[axis];
         let at = |share: f64| field.at(start + Vector::from(along) * share);
-        let between = (values[n + strides[axis]] - values[n]).abs() / field.spacing[axis];
         let [mut low, mut high] = [0.0, 1.0];
         for _ in 0..HALVINGS_TO_ZERO {
             let middle = 0.5 * (low + high);
@@ -511,14 +503,10 @@ fn typical_slopes(field: &Tricubic, values: &[f64]) -> [f64; 2] {
             }
         }
         let gradient = at(0.5 * (low + high)).gradient;
-        let slope = gradient.dot(gradient).sqrt();
-        slopes[0].push(slope);
-        slopes[1].push(slope / between);
+        slopes.push(gradient.dot(gradient).sqrt());
     }
-    slopes.map(|mut slopes| {
-        slopes.sort_unstable_by(f64::total_cmp);
-        slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
-    })
+    slopes.sort_unstable_by(f64::total_cmp);
+    slopes.get(slopes.len() / 2).copied().unwrap_or(0.0)
 }
 
 fn within(place: Vector<f64>, node: &Node) -> bool {
