@@ -98,8 +98,8 @@ impl FollowedImpact {
     fn new(impact: &Impact, t: f64, h: f64) -> Option<Self> {
         let duration = STEPS_OF_AN_IMPACT * impact.longest;
         let longest_part = duration / PARTS_OF_AN_IMPACT;
-        (h <= longest_part * f64::from(1 << MOST_HALVINGS))
-            .then_some(Self { longest_part, end: t + duration })
+        let followed = duration..=longest_part * f64::from(1 << MOST_HALVINGS);
+        followed.contains(&h).then_some(Self { longest_part, end: t + duration })
     }
 
     /// Whether surfaces may touch in a part of this size.
