@@ -178,8 +178,8 @@ pub(crate) fn simulate<'py>(
     let (model, t_end) = required!("simulate", others; more, model, t_end);
     let model = any_model_of(model, "model")?;
     let mut limit = TimeLimit::new(max_seconds, t_end).or_raise()?;
-    let given = (control.is_some(), u);
-    let chosen = choose(model, (t0, t_end), (&method, rtol, dt), ([q0, v0], given), &mut limit)?;
+    let begun = Begun { start: [q0, v0], u, is_controlled: control.is_some() };
+    let chosen = choose(model, (t0, t_end), (&method, rtol, dt), &begun, &mut limit)?;
     let model = chosen.as_ref().map_or(model, |chosen| &chosen.model);
     let n = model.get().n();
     let state = |value: Option<&Bound<'py, PyAny>>, name| match value {
@@ -220,12 +220,19 @@ pub(crate) fn simulate<'py>(
     run(model, span, [&q0, &v0], &configuration, t_eval.as_deref(), controller, watched)
 }
 
+/// How a motion begins, and what drives it.
+struct Begun<'a, 'py> {
+    start: [Option<&'a Bound<'py, PyAny>>; 2],
+    u: Option<&'a Bound<'py, PyAny>>,
+    is_controlled: bool,
+}
+
 /// Chooses open modes for a motion from rest to its accuracy; `None` if there are none.
 fn choose<'py>(
     model: &Bound<'py, PyModel>,
     t_span: (f64, f64),
     (method, rtol, dt): (&MethodOf<'_>, Option<&Bound<'py, PyAny>>, f64),
-    (start, (is_controlled, u)): ([Option<&Bound<'py, PyAny>>; 2], (bool, Option<&Bound<'py, PyAny>>)),
+    &Begun { start, u, is_controlled }: &Begun<'_, 'py>,
     limit: &mut TimeLimit,
 ) -> PyResult<Option<Chosen<'py>>> {
     if !model.get().is_open() {
