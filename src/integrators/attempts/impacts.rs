@@ -94,12 +94,13 @@ pub(super) struct FollowedImpact {
 }
 
 impl FollowedImpact {
-    /// Follows an impact in a step of size `h` to `t`; `None` if its parts would be too long.
+    /// Follows an impact in a step of size `h` to `t`; `None` if its parts would be too long, or if the whole step resolves it, so that
+    /// something else has failed.
     fn new(impact: &Impact, t: f64, h: f64) -> Option<Self> {
         let duration = STEPS_OF_AN_IMPACT * impact.longest;
-        let longest_part = duration / PARTS_OF_AN_IMPACT;
-        let followed = duration..=longest_part * f64::from(1 << MOST_HALVINGS);
-        followed.contains(&h).then_some(Self { longest_part, end: t + duration })
+        let followed = Self { longest_part: duration / PARTS_OF_AN_IMPACT, end: t + duration };
+        let shortest_part = h / f64::from(1 << MOST_HALVINGS);
+        (followed.is_resolved_by(shortest_part) && !followed.is_resolved_by(h)).then_some(followed)
     }
 
     /// Whether surfaces may touch in a part of this size.
