@@ -320,7 +320,10 @@ def test_what_is_not_convex_names_the_other_class():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda points, faces: Mesh(points, faces[1:]), r"faces: got 1 with the edge between points 0 and"),
+        (
+            lambda points, faces: Mesh(points, faces[1:]),
+            r"faces: got 1 face with the edge between points 0 and",
+        ),
         (lambda points, faces: Mesh(points, [*faces[1:], (0, 1, 99)]), r"faces\[\d+\]: got \(0, 1, 99\)"),
         (lambda points, faces: Mesh(points, faces, 0.2), "cell: got .* thinnest wall"),
         (lambda points, faces: Mesh(points, faces, 1e-5), "cell: got .* larger cells"),

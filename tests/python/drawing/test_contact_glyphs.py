@@ -118,6 +118,10 @@ def test_grids_and_meshes_are_drawn_by_their_surfaces():
         a, b, c = (thing.corners[corner] for corner in thing.faces.T)
         volumes.append(np.einsum("fi,fi->", a, np.cross(b, c)) / 6)
     np.testing.assert_allclose(volumes, [4 / 3 * np.pi * 0.7**3, 1 / 6], rtol=5e-3)
+    # Functions with the same zeros have the same surface, however small they are.
+    flat = DistanceGrid(1e-7 * (np.sum(places**2, axis=-1) - 0.49), 0.05, (1, 2, -3), turn)
+    (drop,) = (thing for thing in drawn(robot(flat), np.zeros((1, 9))) if thing.layer == "obstacles")
+    np.testing.assert_allclose(np.linalg.norm(drop.corners - middle, axis=1), 0.7, atol=2e-3)
     # A surface that crosses the border has an edge.
     half = DistanceGrid(places[..., 2] + 4.0 - 3.9, 0.05, (0, 0, -9))
     (cut,) = (thing for thing in drawn(robot(half), np.zeros((1, 9))) if thing.layer == "obstacles")

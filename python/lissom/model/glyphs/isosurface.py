@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Values are at least this part of the spacing: triangles at zeros on the grid would have no area.
+#: Values are at least this part of the largest change between neighbours: triangles at zeros on the grid
+#: would have no area.
 LEAST = 1e-4
 
 #: Maximum number of cells along an axis: more are not seen, and make reports large.
@@ -28,7 +29,7 @@ def isosurface(values: Array, spacing: Sequence[float]) -> tuple[Array, NDArray[
     # Parts that are thinner than the coarse grid.
     if (coarse > 0.0).all() or (coarse <= 0.0).all():
         kept, coarse = [np.arange(number) for number in values.shape], values
-    least = LEAST * min(spacing)
+    least = LEAST * max(float(np.abs(np.diff(coarse, axis=axis)).max()) for axis in range(3))
     coarse = np.where(np.abs(coarse) < least, -least, coarse)
     x, y, z = (step * places for step, places in zip(spacing, kept, strict=True))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)

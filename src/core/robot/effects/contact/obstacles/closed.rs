@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use super::given_triangles;
 use crate::error::Checker;
 use crate::numerics::lie::Vector;
 use crate::robot::effects::contact::shapes::triangles::{Triangles, across};
@@ -21,31 +22,7 @@ pub(super) fn oriented(
     points: &[[f64; 3]],
     faces: &[[usize; 3]],
 ) -> Option<Vec<[usize; 3]>> {
-    let number = points.len();
-    let mut is_right = check.require(
-        (4..=MOST_POINTS).contains(&number),
-        "points",
-        format_args!("{number} points"),
-        &format!("the corners of a body: 4 to {MOST_POINTS} points"),
-    );
-    for (i, point) in points.iter().enumerate() {
-        is_right &= check.finite(point, &format!("points[{i}]"));
-    }
-    is_right &= check.require(
-        faces.len() >= 4,
-        "faces",
-        format_args!("{} triangles", faces.len()),
-        "the whole surface: 4 triangles or more",
-    );
-    for (f, face) in faces.iter().enumerate() {
-        let [a, b, c] = *face;
-        is_right &= check.require(
-            face.iter().all(|&corner| corner < number) && a != b && b != c && c != a,
-            &format!("faces[{f}]"),
-            format_args!("({a}, {b}, {c})"),
-            &format!("the places of three points among the {number}, the first one 0"),
-        );
-    }
+    let mut is_right = given_triangles::are_valid(check, (points, MOST_POINTS), (faces, None));
     if !is_right {
         return None;
     }
@@ -64,9 +41,9 @@ pub(super) fn oriented(
         let open = edges.values().filter(|faces| faces.len() != 2).count();
         let found = format!(
             "{} with the edge between points {a} and {b}, from {from} to {to} m ({open} such edges)",
-            of_edge.len()
+            if of_edge.len() == 1 { "1 face".to_owned() } else { format!("{} faces", of_edge.len()) }
         );
-        let expected = "two faces with every edge: a closed surface, whose faces share points that are equal";
+        let expected = "two faces with every edge: a closed surface; merge equal points, which files of single triangles list again for each of them";
         check.require(false, "faces", found, expected);
         return None;
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::given_triangles;
 use crate::error::Checker;
 
 /// Maximum number of points: the cost of every contact point grows with it.
@@ -27,35 +28,9 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 
 /// Reports all problems of points and faces.
 pub(super) fn check(check: &mut Checker, points: &[[f64; 3]], faces: &[[usize; 3]]) {
-    let number = points.len();
-    let mut is_right = check.require(
-        (4..=MOST_POINTS).contains(&number),
-        "points",
-        format_args!("{number} points"),
-        &format!("the corners of a body: 4 to {MOST_POINTS} points"),
-    );
-    for (i, point) in points.iter().enumerate() {
-        is_right &= check.finite(point, &format!("points[{i}]"));
-    }
-    // A closed surface of triangles has no more (Euler).
-    let most = (2 * number).saturating_sub(4);
-    is_right &= check.require(
-        faces.len() >= 4 && faces.len() <= most,
-        "faces",
-        format_args!("{} triangles", faces.len()),
-        &format!("the whole surface: 4 triangles or more, and at most {most} between {number} corners"),
-    );
-    for (f, face) in faces.iter().enumerate() {
-        let [a, b, c] = *face;
-        let are_there = face.iter().all(|&corner| corner < number);
-        is_right &= check.require(
-            are_there && a != b && b != c && c != a,
-            &format!("faces[{f}]"),
-            format_args!("({a}, {b}, {c})"),
-            &format!("the places of three points among the {number}, the first one 0"),
-        );
-    }
-    if is_right {
+    // A closed surface of triangles has no more faces (Euler).
+    let most_faces = (2 * points.len()).saturating_sub(4);
+    if given_triangles::are_valid(check, (points, MOST_POINTS), (faces, Some(most_faces))) {
         check_shape(check, points, faces);
     }
 }

@@ -10,6 +10,7 @@ mod corners;
 mod cuboid;
 mod distance_grid;
 mod frame;
+mod given_triangles;
 mod half_space;
 mod height_field;
 mod mesh;
