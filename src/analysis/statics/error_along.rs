@@ -10,7 +10,7 @@ use crate::model::Model;
 const POINTS: usize = 16;
 
 /// The error of the point of a path where it is largest, and the index of the point: the displacements by missing strains of up to
-/// [`POINTS`] points say where to look, with and without the amplification by the forces. Costs an evaluation of the forces for each, and
+/// sixteen points say where to look, with and without the amplification by the forces. Costs an evaluation of the forces for each, and
 /// two estimates. The path is one at the time `t` and with the inputs `u`, if not those by default; a path of inputs has its own, and leaves
 /// the model with those of a point. Points of growing loads in models with constraints or supports count under the full load alone.
 pub fn error_along<M: Model + Clone>(
